@@ -1,0 +1,18 @@
+"""Motion style transfer in NumPy, with hand-written gradients: a text to read and an oracle to check against.
+
+The rooms, from the ground floor up; imports only point downwards:
+
+- `refimpl.motion`: what is a motion? BVH files, rotations, the 21 joints, the 66 numbers a frame and back, contacts, windows, the embedded
+  walkers and joggers. Begin with `motion.features`.
+- `refimpl.nn`: what is a gradient? Each operation a pure function `f(x, ...)` with its `f_backward(dy, x, ...)` right below it; Adam; and the
+  checker that proves them. Knows nothing of motion. Begin with `nn.gram`.
+- `refimpl.holden2017`: Holden, Habibie, Kusajima, Komura 2017, "Fast Neural Style Transfer for Motion Data". `networks` are its figure 1,
+  `losses` its equations 4 to 9, `total` equation 10, `train` and `transfer` the rest.
+- `refimpl.plot`: pictures and animations; the only room that imports Matplotlib.
+- `refimpl.commands` and `refimpl.cli`: the command line, one file a step.
+
+    from refimpl import nn
+    from refimpl.motion import bvh
+"""
+
+__version__ = "0.1.0"

@@ -1,0 +1,1 @@
+"""The commands of `refimpl`: each module adds its words to the parser (`add_commands`) and prints what it did."""

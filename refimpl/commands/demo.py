@@ -1,0 +1,115 @@
+"""`refimpl demo`: the whole system on the embedded motion, with narrow networks, in under a minute."""
+
+import json
+from pathlib import Path
+import time
+
+import numpy as np
+
+from ..holden2017.lesson import make_lesson, normalised_windows
+from ..holden2017.measure import held_out_distances, path_error
+from ..holden2017.model import Manifold, Style, save_manifold, save_style
+from ..holden2017.total import Weights
+from ..holden2017.train import train_autoencoder, train_style
+from ..holden2017.transfer import transfer
+from ..motion.bvh import write_bvh
+from ..motion.dataset import assemble, save_dataset
+from ..motion.prepare import fit_normaliser
+from ..motion.synthetic import STYLES, make_database
+from ..motion.take import make_take
+from ..storage import atomic_write
+from .progress import Progress, epoch_line
+
+HIDDEN, CHANNELS = 64, 48
+PEOPLE, SECONDS = 7, 6.0
+EPOCHS = {"autoencoder": 20, "style": 40}
+
+
+def add_commands(commands):
+    command = commands.add_parser("demo", help="run everything on the embedded motion", description=__doc__)
+    command.add_argument("--out", metavar="DIR", type=Path, default=Path("refimpl-demo"), help="made if missing (default: %(default)s)")
+    command.add_argument("--style", choices=[name for name in STYLES if name != "normal"], default="old", help="(default: %(default)s)")
+    command.add_argument("--seed", type=int, default=0, metavar="N", help="of the networks' first weights (default: %(default)s)")
+    command.set_defaults(run=run)
+
+
+def run(arguments):
+    began = time.perf_counter()
+    out = arguments.out
+    out.mkdir(parents=True, exist_ok=True)
+
+    print("1/5  motion: walkers, joggers and turners, made by the program")
+    motions = make_database(seconds_per_clip=SECONDS, people=PEOPLE)
+    takes = {motion.name: make_take(motion.clip, name=motion.name) for motion in motions}
+    dataset = assemble(takes.items(), {motion.name: (motion.content, motion.style) for motion in motions}, "embedded motion")
+    save_dataset(out / "motions.npz", dataset)
+
+    print("2/5  the loss network (equations 1 to 3)")
+    manifold, manifold_records = _manifold(dataset, arguments.seed)
+    save_manifold(out / "manifold.npz", manifold)
+
+    print(f"3/5  the transformation network for style {arguments.style!r} (equations 4 to 10)")
+    lesson, held_out, exemplars = make_lesson(dataset, manifold, arguments.style)
+    style, style_records = _style(lesson, exemplars, manifold, arguments.style, arguments.seed)
+    save_style(out / f"{arguments.style}.npz", style)
+
+    print("4/5  transfer to a clip kept out of training")
+    content = next(clip for clip in held_out if clip.content == "walk")
+    exemplar = next(motion for motion in motions if (motion.content, motion.style) == ("walk", arguments.style))
+    result = transfer(takes[content.name], style)
+    for name, clip in (("content", takes[content.name].clip), ("style", exemplar.clip), ("stylised", result.clip)):
+        write_bvh(out / f"{name}.bvh", clip)
+    distances = held_out_distances(held_out, exemplars, style, dataset.leg)
+
+    print("5/5  pictures")
+    _pictures(out, takes[exemplar.name].positions, takes[content.name].positions, make_take(result.clip).positions,
+              {"loss network": manifold_records, "style": style_records})
+    report = _report(arguments.style, dataset, manifold_records, style_records, distances,
+                     path_error(result.features, takes[content.name].features), time.perf_counter() - began)
+    with atomic_write(out / "report.json") as file:
+        json.dump(report, file, indent=1)
+    for key, value in report["numbers"].items():
+        print(f"     {key}: {value:.4g}")
+    print(f"{out}: content.bvh, style.bvh, stylised.bvh, figure3.png, animation.html, curves.png, report.json and the model files")
+
+
+def _manifold(dataset, seed):
+    clips = dataset.select(held_out=False)
+    normaliser = fit_normaliser(np.concatenate([clip.features for clip in clips]), dataset.source)
+    epochs = train_autoencoder(normalised_windows(clips, normaliser), epochs=EPOCHS["autoencoder"], hidden=HIDDEN, seed=seed)
+    records, state = _follow(epochs, EPOCHS["autoencoder"])
+    return Manifold(state.params, normaliser, dataset.leg, dataset.bones), records
+
+
+def _style(lesson, exemplars, manifold, name, seed):
+    epochs = train_style(lesson, manifold, epochs=EPOCHS["style"], weights=Weights().for_leg(manifold.leg), channels=CHANNELS, seed=seed)
+    records, state = _follow(epochs, EPOCHS["style"])
+    return Style(state.params, manifold, name, tuple(exemplars)), records
+
+
+def _follow(epochs, total):
+    progress, records = Progress(total, "     epoch"), []
+    for record, state in epochs:
+        records.append({"epoch": record.epoch, **record.losses, "gradient_norm": record.gradient_norm, "seconds": record.seconds})
+        progress.step(epoch_line(record))
+    return records, state
+
+
+def _pictures(out, style, content, result, records):
+    from .. import plot
+    motions = {"style": style, "content": content, "result": result}
+    plot.save(plot.strip(motions), out / "figure3.png")
+    plot.animation_html(motions, 60.0, out / "animation.html")
+    plot.save(plot.curves(records["style"], ("loss", "content", "style", "foot", "bone", "trajectory")), out / "curves.png")
+
+
+def _report(style, dataset, manifold_records, style_records, distances, path, seconds):
+    def mean(key):
+        return float(np.mean([clip[key] for clip in distances]))
+    numbers = {"clips": float(len(dataset.clips)), "reconstruction loss, first epoch": manifold_records[0]["loss"],
+               "reconstruction loss, last epoch": manifold_records[-1]["loss"],
+               "style distance of held-out content": mean("content"), "style distance of T(I)": mean("transformed"),
+               "style distance of P(T(I))": mean("projected"), "share of the style distance left": mean("projected") / mean("content"),
+               "mean distance between the paths, cm": path[0], "largest distance between the paths, cm": path[1], "seconds": seconds}
+    return {"style": style, "data": dataset.source, "networks": {"hidden": HIDDEN, "channels": CHANNELS}, "numbers": numbers,
+            "held_out_clips": distances, "epochs": {"loss network": manifold_records, "style": style_records}}

@@ -1,0 +1,53 @@
+"""`refimpl prepare`: a folder of BVH clips to one file of features with labels."""
+
+from pathlib import Path
+
+from ..motion.dataset import HELD_OUT, PATTERN, find_clips, labels_by_pattern, labels_from_file, prepare, save_dataset
+from ..motion.joints import read_mapping
+from ..storage import check_writable
+from .progress import Progress, table
+
+
+def add_commands(commands):
+    command = commands.add_parser("prepare", help="make a folder of BVH clips ready for training", description=__doc__)
+    command.add_argument("folder", metavar="FOLDER", type=Path, help="searched for .bvh files, also below")
+    command.add_argument("-o", "--output", metavar="MOTIONS.npz", required=True)
+    labels = command.add_mutually_exclusive_group()
+    labels.add_argument("--labels", metavar="LABELS.csv", help="header clip,content,style; a clip by its path below FOLDER or its name")
+    labels.add_argument("--pattern", metavar="REGEX", default=PATTERN,
+                        help="searched in each file's name without its ending; named groups content and style; other files are left out "
+                             f"(default: {PATTERN.replace('%', '%%')})")
+    command.add_argument("--mapping", metavar="FILE.csv", help="lines slot,joint for skeletons with other names")
+    command.add_argument("--hold-out", type=float, default=HELD_OUT, metavar="SHARE",
+                         help="share of the clips of each content and style kept out of training, rounded down (default: %(default)s)")
+    command.set_defaults(run=run)
+
+
+def run(arguments):
+    if not 0 <= arguments.hold_out < 1:
+        raise ValueError(f"--hold-out: found {arguments.hold_out}, needed a share from 0 to below 1")
+    check_writable(arguments.output)
+    overrides = read_mapping(arguments.mapping) if arguments.mapping else None
+    paths = find_clips(arguments.folder)
+    labels = (labels_from_file(paths, arguments.labels, arguments.folder) if arguments.labels
+              else labels_by_pattern(paths, arguments.pattern))
+    progress = Progress(len(labels), "clip")
+    dataset = prepare(arguments.folder, labels, fraction=arguments.hold_out, overrides=overrides,
+                      report=lambda path: progress.step(path.name))
+    save_dataset(arguments.output, dataset)
+    for line in summary(dataset):
+        print(line)
+    print(f"{arguments.output}: {len(dataset.clips)} of {len(paths)} clips, {sum(c.held_out for c in dataset.clips)} kept out of training")
+
+
+def summary(dataset):
+    """A table of clips and seconds by style and content.   Dataset  ->  list of str"""
+    contents = sorted({clip.content for clip in dataset.clips})
+    rows = [["style", *contents]]
+    for style in dataset.styles:
+        cells = []
+        for content in contents:
+            clips = dataset.select(style=style, content=content)
+            cells.append(f"{len(clips)} / {sum(len(c.features) for c in clips) / 60:.0f} s" if clips else "-")
+        rows.append([style, *cells])
+    return table(rows)

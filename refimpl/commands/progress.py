@@ -1,0 +1,46 @@
+"""Lines that tell how far long work has come."""
+
+import sys
+import time
+
+
+class Progress:
+    """Prints a line a step with the time left, to the standard error; at most one every `seconds`, and always the last.
+
+    total : number of steps;  name : of a step
+    """
+
+    def __init__(self, total, name, seconds=1.0):
+        self.total, self.name, self.seconds = total, name, seconds
+        self.done, self.began, self.shown = 0, time.monotonic(), 0.0
+
+    def step(self, text):
+        self.done += 1
+        now = time.monotonic()
+        if now - self.shown < self.seconds and self.done < self.total:
+            return
+        self.shown = now
+        left = (now - self.began) / self.done * (self.total - self.done)
+        print(f"{self.name} {self.done}/{self.total}  {text}  {duration(left)} left", file=sys.stderr, flush=True)
+
+
+def duration(seconds):
+    """Seconds in words: "5 s", "2 min 10 s", "1 h 05 min"."""
+    seconds = round(seconds)
+    if seconds < 60:
+        return f"{seconds} s"
+    if seconds < 3600:
+        return f"{seconds // 60} min {seconds % 60:02d} s"
+    return f"{seconds // 3600} h {seconds % 3600 // 60:02d} min"
+
+
+def table(rows):
+    """Columns lined up: the first to the left, the others to the right.   list of lists of str  ->  list of str"""
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return ["  ".join(cell.ljust(w) if i == 0 else cell.rjust(w) for i, (cell, w) in enumerate(zip(row, widths))).rstrip() for row in rows]
+
+
+def epoch_line(record):
+    """Losses of a Record in one line."""
+    terms = "  ".join(f"{name} {value:.4g}" for name, value in record.losses.items())
+    return f"{terms}  |gradient| {record.gradient_norm:.3g}  {record.seconds:.1f} s"

@@ -1,0 +1,141 @@
+"""`refimpl train-autoencoder` and `refimpl train-style`: the loss network, and one transformation network a style."""
+
+import argparse
+import json
+
+import numpy as np
+
+from ..holden2017.measure import held_out_distances
+from ..holden2017.lesson import make_lesson, normalised_windows
+from ..holden2017.model import Manifold, Style, load_manifold, save_manifold, save_style
+from ..holden2017.total import Weights
+from ..holden2017.train import BATCH, RATE, train_autoencoder, train_style
+from ..motion.dataset import load_dataset
+from ..motion.prepare import fit_normaliser
+from ..storage import atomic_write, check_writable
+from .progress import Progress, epoch_line, table
+
+
+def add_commands(commands):
+    manifold = commands.add_parser("train-autoencoder", help="train the loss network (equation 3)",
+                                   description="Train the convolutional autoencoder, the loss network of equations 1 to 3.")
+    manifold.add_argument("motions", metavar="MOTIONS.npz", help="what `refimpl prepare` wrote")
+    manifold.add_argument("-o", "--output", metavar="MANIFOLD.npz", required=True)
+    _training_options(manifold, epochs=25)
+    manifold.add_argument("--hidden", type=_whole, default=256, metavar="M", help="hidden units (default: %(default)s)")
+    manifold.add_argument("--dropout", type=float, default=0.25, metavar="P",
+                          help="share of input numbers set to 0 while it learns; 0 is equation 3 as printed (default: %(default)s)")
+    manifold.add_argument("--alpha", type=float, default=0.01, metavar="A", help="weight of the sparsity term (default: %(default)s)")
+    manifold.set_defaults(run=run_autoencoder)
+
+    style = commands.add_parser("train-style", help="train a style (equation 10)",
+                                description="Train the transformation network for one style, equations 4 to 10.")
+    style.add_argument("motions", metavar="MOTIONS.npz", help="what `refimpl prepare` wrote")
+    style.add_argument("manifold", metavar="MANIFOLD.npz", help="what `refimpl train-autoencoder` wrote")
+    style.add_argument("--style", required=True, metavar="NAME", help="the label of the style's exemplar clips")
+    style.add_argument("-o", "--output", metavar="STYLE.npz", required=True)
+    _training_options(style, epochs=100)
+    style.add_argument("--channels", type=_whole, default=128, metavar="C", help="channels between its layers (default: %(default)s)")
+    style.add_argument("--content-style", default="normal", metavar="NAME", help="the style of the clips to learn on (default: %(default)s)")
+    style.add_argument("--clips", metavar="REGEX", help="learn only on content clips in whose name this is found")
+    style.add_argument("--exemplars", metavar="REGEX", help="take only exemplar clips in whose name this is found")
+    style.add_argument("--contents", metavar="A,B", help="learn only these contents (default: all)")
+    style.add_argument("--pair", action="append", default=[], metavar="CONTENT=EXEMPLAR",
+                       help="pair a content with another content's exemplar; may be repeated (default: the same name, "
+                            "or the beginning of it: walk-turn-left with walk)")
+    for name, value in vars(Weights()).items():
+        style.add_argument(f"--weight-{name}", type=float, default=value, metavar="W",
+                           help=f"weight of the {name} loss, for centimetres (default: %(default)s)" if name != "turn" else
+                                "what a squared radian counts against a squared centimetre in the trajectory loss (default: %(default)s)")
+    style.add_argument("--report", metavar="FILE.json", help="write what was measured on the held-out clips")
+    style.set_defaults(run=run_style)
+
+
+def _training_options(command, epochs):
+    command.add_argument("--epochs", type=_whole, default=epochs, metavar="N", help="(default: %(default)s)")
+    command.add_argument("--batch", type=_whole, default=BATCH, metavar="N", help="windows a step (default: %(default)s)")
+    command.add_argument("--rate", type=float, default=RATE, metavar="R", help="Adam's learning rate (default: %(default)s)")
+    command.add_argument("--width", type=_whole, default=25, metavar="K", help="frames of a filter (default: %(default)s)")
+    command.add_argument("--seed", type=int, default=0, metavar="N", help="(default: %(default)s)")
+    command.add_argument("--curves", metavar="FILE.png", help="draw the losses by epoch")
+
+
+def run_autoencoder(arguments):
+    _check_outputs(arguments.output, arguments.curves)
+    dataset = load_dataset(arguments.motions)
+    clips = dataset.select(held_out=False)
+    normaliser = fit_normaliser(np.concatenate([clip.features for clip in clips]), dataset.source)
+    X = normalised_windows(clips, normaliser)
+    print(f"{len(X)} windows of {X.shape[2]} frames from {len(clips)} clips of {dataset.source}")
+    epochs = train_autoencoder(X, epochs=arguments.epochs, batch=arguments.batch, rate=arguments.rate, alpha=arguments.alpha,
+                               dropout=arguments.dropout, hidden=arguments.hidden, width=arguments.width, seed=arguments.seed)
+    params = _follow(epochs, arguments.epochs, arguments.curves, ("loss",))
+    save_manifold(arguments.output, Manifold(params, normaliser, dataset.leg, dataset.bones))
+    print(f"{arguments.output}: {arguments.hidden} hidden units, filters of {arguments.width} frames")
+
+
+def run_style(arguments):
+    _check_outputs(arguments.output, arguments.curves, arguments.report)
+    dataset, manifold = load_dataset(arguments.motions), load_manifold(arguments.manifold)
+    weights = Weights(**{name: getattr(arguments, f"weight_{name}") for name in vars(Weights())}).for_leg(manifold.leg)
+    lesson, held_out, exemplars = make_lesson(
+        dataset, manifold, arguments.style, content_style=arguments.content_style, clips=arguments.clips, exemplars=arguments.exemplars,
+        contents=arguments.contents.split(",") if arguments.contents else None, pairs=_pairs(arguments.pair))
+    print(f"{len(lesson.X)} windows of {', '.join(exemplars)}; style {arguments.style!r} from "
+          f"{', '.join(f'{len(clips)} clips for {content}' for content, clips in exemplars.items())}")
+    epochs = train_style(lesson, manifold, epochs=arguments.epochs, weights=weights, batch=arguments.batch, rate=arguments.rate,
+                         channels=arguments.channels, width=arguments.width, seed=arguments.seed)
+    params = _follow(epochs, arguments.epochs, arguments.curves, ("loss", "content", "style", "foot", "bone", "trajectory"))
+    style = Style(params, manifold, arguments.style, tuple(exemplars))
+    save_style(arguments.output, style)
+    measured = held_out_distances(held_out, exemplars, style, dataset.leg)
+    for line in table(_distance_rows(measured)):
+        print(line)
+    if arguments.report:
+        with atomic_write(arguments.report) as file:
+            json.dump({"style": arguments.style, "clips": measured}, file, indent=1)
+    print(f"{arguments.output}: style {arguments.style!r} for {', '.join(exemplars)}")
+
+
+def _follow(epochs, total, curves, keys):
+    """Show every epoch as it ends; draw the curves; ->  the last parameters"""
+    progress, records, state = Progress(total, "epoch", seconds=0.0), [], None
+    for record, state in epochs:
+        records.append(record)
+        progress.step(epoch_line(record))
+    if curves:
+        from .. import plot
+        plot.save(plot.curves([{"epoch": r.epoch, **r.losses} for r in records], keys), curves)
+    return state.params
+
+
+def _distance_rows(measured):
+    """Held-out clips as rows: style distance of the content, of T(I), of P(T(I)), and what is left of it."""
+    rows = [["held-out clip", "content's style distance", "T(I)", "P(T(I))", "left"]]
+    for clip in measured + ([_mean(measured)] if measured else []):
+        rows.append([clip["clip"], *(f"{clip[key]:.1f}" for key in ("content", "transformed", "projected")),
+                     f"{clip['projected'] / clip['content']:.0%}"])
+    return rows if measured else [["no clip was held out: nothing to measure the style on"]]
+
+
+def _mean(measured):
+    return {"clip": "mean", **{key: float(np.mean([m[key] for m in measured])) for key in ("content", "transformed", "projected")}}
+
+
+def _pairs(words):
+    for word in words:
+        if word.count("=") != 1 or not all(word.split("=")):
+            raise ValueError(f"--pair: found {word!r}, needed CONTENT=EXEMPLAR")
+    return dict(word.split("=") for word in words)
+
+
+def _check_outputs(*paths):
+    for path in paths:
+        if path:
+            check_writable(path)
+
+
+def _whole(text):
+    if not text.isascii() or not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"found {text!r}, needed a whole number from 1 on")
+    return int(text)

@@ -1,0 +1,6 @@
+"""Holden, Habibie, Kusajima, Komura 2017: Fast Neural Style Transfer for Motion Data.
+
+- `networks`: the loss network (equations 1 to 3) and the transformation network.   `losses`: equations 4 to 9.   `total`: equation 10.
+- `lesson`: windows, each paired with the style it should take.   `train`: both training loops.   `model`: what they leave in files.
+- `transfer`: stylise(I) = P(T(I)) of a whole clip, back on its own skeleton.   `measure`: how near it came.
+"""

@@ -1,0 +1,54 @@
+r"""How near a motion is to a style, to a content and to a path."""
+
+import numpy as np
+
+from .. import nn
+from ..motion.dataset import to_scale
+from ..motion.features import Start, decode
+from .losses import style_target
+from .networks import encode
+from .transfer import stylise
+
+
+def hidden_units(features, manifold, *, kernels=nn):
+    """L(X) of one clip on the model's scale.   (T, 66)  ->  (m, T // 2)"""
+    return encode(manifold.network_input(features), manifold.params, kernels=kernels)[0]
+
+
+def style_distance(features, exemplars, manifold, *, kernels=nn):
+    r"""|| Gram(L(S)) - Gram(L(X)) ||, the style target scaled to the clip's frames.
+
+    features : (T, 66);  exemplars : list of features (T_e, 66)  ->  float
+    """
+    H = hidden_units(features, manifold, kernels=kernels)
+    G = style_target([hidden_units(e, manifold, kernels=kernels) for e in exemplars], H.shape[1])
+    return float(np.linalg.norm(G - nn.gram(H[None])[0]))
+
+
+def content_distance(features, content, manifold, *, kernels=nn):
+    """|| L(I) - L(X) || of two clips of the same length.   (T, 66), (T, 66)  ->  float"""
+    return float(np.linalg.norm(hidden_units(features, manifold, kernels=kernels) - hidden_units(content, manifold, kernels=kernels)))
+
+
+def path_error(features, content):
+    """How far the two root paths are apart when both begin alike: mean and largest distance over the frames, in their unit."""
+    roots = [decode(f, Start())[:, 0][:, [0, 2]] for f in (features, content)]
+    distance = np.linalg.norm(roots[0] - roots[1], axis=1)
+    return float(distance.mean()), float(distance.max())
+
+
+def held_out_distances(clips, exemplars, style, leg, *, kernels=nn):
+    """Style distances of clips that training never saw: of the content itself, of T(I) and of P(T(I)).
+
+    clips : of Labelled;  exemplars : {content: list of features};  leg : of the clips' dataset
+    ->  list of {"clip", "content", "transformed", "projected"}
+    """
+    measured = []
+    for clip in clips:
+        content = to_scale(clip.features, leg, style.manifold.leg)
+        distance = {name: style_distance(features, exemplars[clip.content], style.manifold, kernels=kernels) for name, features in (
+            ("content", content),
+            ("transformed", stylise(content, style, projected=False, kernels=kernels)),
+            ("projected", stylise(content, style, kernels=kernels)))}
+        measured.append({"clip": clip.name, **distance})
+    return measured

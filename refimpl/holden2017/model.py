@@ -1,0 +1,103 @@
+"""The two kinds of model file: a manifold (the loss network) and a style (a transformation network with its manifold)."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..motion.features import FEATURES
+from ..motion.joints import BONES
+from ..motion.prepare import Normaliser
+from ..storage import FormatError, load_npz, save_npz
+
+VERSION = 1
+_SKELETON = ("mean", "deviation", "bones")
+
+
+@dataclass(frozen=True)
+class Manifold:
+    """A trained loss network and what its numbers mean.
+
+    params : W0, b0;  normaliser : of the data it was trained on;  leg, bones : that data's skeleton, in its length unit.
+    """
+
+    params: dict = field(repr=False)
+    normaliser: Normaliser
+    leg: float
+    bones: np.ndarray
+
+    def network_input(self, features):
+        """Features (T, 66) on this model's scale to what the networks take: (1, 66, T) in their precision."""
+        return np.ascontiguousarray(self.normaliser.apply(features).T[None], dtype=self.params["W0"].dtype)
+
+    def motion(self, output):
+        """The inverse of `network_input`.   (1, 66, T)  ->  (T, 66) float64"""
+        return self.normaliser.undo(output[0].T.astype(float))
+
+
+@dataclass(frozen=True)
+class Style:
+    """A trained transformation network.   params : W1, b1 ... b3;  name : of the style;  contents : that it was trained for"""
+
+    params: dict = field(repr=False)
+    manifold: Manifold
+    name: str
+    contents: tuple
+
+
+def save_manifold(path, manifold):
+    """Write a Manifold, whole or not at all."""
+    save_npz(path, "manifold", VERSION, {**manifold.params, **_skeleton_arrays(manifold)}, _facts(manifold))
+
+
+def load_manifold(path):
+    """Read a Manifold.   Raises FormatError when its parts do not fit each other."""
+    arrays, facts = load_npz(path, "manifold", VERSION, ("W0", "b0", *_SKELETON))
+    return _manifold(path, arrays, facts)
+
+
+def save_style(path, style):
+    """Write a Style together with its Manifold, so that one file is enough to stylise a clip."""
+    save_npz(path, "style", VERSION, {**style.params, **style.manifold.params, **_skeleton_arrays(style.manifold)},
+             {**_facts(style.manifold), "name": style.name, "contents": list(style.contents)})
+
+
+def load_style(path):
+    """Read a Style.   Raises FormatError when its parts do not fit each other."""
+    arrays, facts = load_npz(path, "style", VERSION, ("W0", "b0", "W1", "b1", "W2", "b2", "W3", "b3", *_SKELETON))
+    manifold = _manifold(path, arrays, facts)
+    params = {name: arrays[name] for name in ("W1", "b1", "W2", "b2", "W3", "b3")}
+    channels = [FEATURES, params["W1"].shape[0], params["W2"].shape[0], FEATURES]
+    for layer in (1, 2, 3):
+        _check_filters(path, params, f"W{layer}", f"b{layer}", channels[layer], channels[layer - 1])
+    if params["W1"].dtype != manifold.params["W0"].dtype:
+        raise FormatError(f"{path}: found W1 of {params['W1'].dtype} beside W0 of {manifold.params['W0'].dtype}, needed one precision")
+    return Style(params, manifold, str(facts["name"]), tuple(facts["contents"]))
+
+
+def _skeleton_arrays(manifold):
+    return {"mean": manifold.normaliser.mean, "deviation": manifold.normaliser.deviation, "bones": manifold.bones}
+
+
+def _facts(manifold):
+    return {"leg": manifold.leg, "source": manifold.normaliser.source}
+
+
+def _manifold(path, arrays, facts):
+    for name, shape in (("mean", (FEATURES,)), ("deviation", (FEATURES,)), ("bones", (len(BONES),))):
+        if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
+            raise FormatError(f"{path}: found {name} of shape {arrays[name].shape}, needed finite numbers of shape {shape}")
+    if not (arrays["deviation"] > 0).all() or not isinstance(facts.get("leg"), float) or not facts["leg"] > 0:
+        raise FormatError(f"{path}: found a deviation or a leg's length that is not above 0, needed positive ones")
+    params = {"W0": arrays["W0"], "b0": arrays["b0"]}
+    _check_filters(path, params, "W0", "b0", params["b0"].size, FEATURES)
+    normaliser = Normaliser(arrays["mean"], arrays["deviation"], str(facts["source"]))
+    return Manifold(params, normaliser, facts["leg"], arrays["bones"])
+
+
+def _check_filters(path, params, filters, biases, c_out, c_in):
+    W, b = params[filters], params[biases]
+    if W.ndim != 3 or W.shape[:2] != (c_out, c_in) or b.shape != (c_out,) or W.dtype != b.dtype or W.dtype.kind != "f":
+        raise FormatError(f"{path}: found {filters} {W.dtype} {W.shape} and {biases} {b.dtype} {b.shape}, "
+                          f"needed ({c_out}, {c_in}, width) and ({c_out},) of one floating-point type")
+    if not (np.isfinite(W).all() and np.isfinite(b).all()):
+        raise FormatError(f"{path}: found values in {filters} or {biases} that are not finite, needed trained weights")

@@ -1,0 +1,102 @@
+r"""Equation 10: the five losses together, as a function of the transformation network's output."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import nn
+from . import losses
+from .networks import encode, encode_backward_to_input, transform, transform_backward
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What each loss counts. c = 1 and s = 0.01 are the paper's; it scales the constraints "with respect to the units of the data":
+    here they are for centimetres (a leg of 80), and `for_leg` converts them. `turn` is what a squared radian is worth in squared lengths.
+    """
+
+    content: float = 1.0
+    style: float = 0.01
+    foot: float = 0.01
+    bone: float = 0.001
+    trajectory: float = 0.1
+    turn: float = 100.0
+
+    def for_leg(self, leg):
+        """The same weights for data in which a leg has this length: squared lengths shrink or grow with its square."""
+        factor = (80.0 / leg) ** 2
+        return Weights(self.content, self.style, self.foot * factor, self.bone * factor, self.trajectory * factor, self.turn / factor)
+
+
+@dataclass(frozen=True)
+class Target:
+    """What the output of a batch is compared with, all constants.
+
+    hidden : L(I) (N, m, T // 2);  gram : style target (N, m, m);  contacts : (N, 4, T);  bones : (20,);  trajectory : (N, 3, T);
+    foot_velocity : r' of equation 7.
+    """
+
+    hidden: np.ndarray
+    gram: np.ndarray
+    contacts: np.ndarray
+    bones: np.ndarray
+    trajectory: np.ndarray
+    foot_velocity: object = 0.0
+
+
+TERMS = ("content", "style", "foot", "bone", "trajectory")
+
+
+def motion_losses(O, target, loss_network, mean, deviation, weights=Weights(), *, kernels=nn):
+    r"""The five terms of equation 10 for an output O of the transformation network.
+
+    O : (N, 66, T) normalised;  loss_network : W0, b0;  mean, deviation : (66,) of the normaliser   ->  {term: (N,)}
+    """
+    H = encode(O, loss_network, kernels=kernels)
+    motion = denormalise(O, mean, deviation)
+    w = weights
+    return {"content": losses.content_loss(target.hidden, H, c=w.content),
+            "style": losses.style_loss(target.gram, H, s=w.style),
+            "foot": w.foot * losses.foot_loss(motion, target.contacts, target=target.foot_velocity),
+            "bone": w.bone * losses.bone_loss(motion, target.bones),
+            "trajectory": w.trajectory * losses.trajectory_loss(motion, target.trajectory, turn_weight=w.turn)}
+
+
+def motion_losses_backward(dloss, O, target, loss_network, mean, deviation, weights=Weights(), *, kernels=nn):
+    r"""Gradient of the sum of the five terms.   dloss : (N,), O : (N, 66, T)  ->  dO (N, 66, T)
+
+    Content and style come back through the loss network, the constraints through the denormalisation  motion = O deviation + mean.
+    """
+    H = encode(O, loss_network, kernels=kernels)
+    motion = denormalise(O, mean, deviation)
+    w = weights
+    dH = (losses.content_loss_backward(dloss, target.hidden, H, c=w.content)[1]
+          + losses.style_loss_backward(dloss, target.gram, H, s=w.style)[1])
+    dmotion = (losses.foot_loss_backward(w.foot * dloss, motion, target.contacts, target=target.foot_velocity)
+               + losses.bone_loss_backward(w.bone * dloss, motion, target.bones)
+               + losses.trajectory_loss_backward(w.trajectory * dloss, motion, target.trajectory, turn_weight=w.turn))
+    return encode_backward_to_input(dH, O, loss_network, kernels=kernels) + dmotion * _column(deviation, O)
+
+
+def total_loss(params, I, target, loss_network, mean, deviation, weights=Weights(), *, kernels=nn):
+    """Equation 10 of T(I), a mean over the batch, and its terms.   params : of T, I : (N, 66, T)  ->  scalar, {term: scalar}"""
+    terms = motion_losses(transform(I, params, kernels=kernels), target, loss_network, mean, deviation, weights, kernels=kernels)
+    means = {name: loss.mean() for name, loss in terms.items()}
+    return sum(means.values()), means
+
+
+def total_loss_backward(dloss, params, I, target, loss_network, mean, deviation, weights=Weights(), *, kernels=nn):
+    """Gradient of `total_loss` with respect to the parameters of T.   dloss : scalar  ->  gradients with the keys of params"""
+    O = transform(I, params, kernels=kernels)
+    per_clip = np.full(len(I), dloss / len(I), dtype=I.real.dtype)
+    dO = motion_losses_backward(per_clip, O, target, loss_network, mean, deviation, weights, kernels=kernels)
+    return transform_backward(dO, I, params, kernels=kernels)[1]
+
+
+def denormalise(O, mean, deviation):
+    """(N, 66, T) back to lengths and radians, in O's own precision."""
+    return O * _column(deviation, O) + _column(mean, O)
+
+
+def _column(values, like):
+    return np.asarray(values, dtype=like.real.dtype)[:, None]

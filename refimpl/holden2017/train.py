@@ -1,0 +1,113 @@
+r"""Training the two networks with Adam. Both loops are generators: a record and the state to go on from, after every epoch.
+
+Nothing is printed and no global state is touched; whoever iterates shows the progress and may stop at any epoch. The random numbers of
+an epoch depend on the seed and the epoch alone, so that a run that is resumed goes the same way as one that was never interrupted.
+"""
+
+from dataclasses import dataclass
+import time
+
+import numpy as np
+
+from .. import nn
+from .lesson import batch_target
+from .networks import autoencoder_loss, autoencoder_loss_backward, init_loss_network, init_transformation_network
+from .total import Weights, total_loss, total_loss_backward
+
+BATCH, RATE = 10, 1e-3
+
+
+@dataclass(frozen=True)
+class Record:
+    """One epoch: its number (from 1), mean losses by name, mean norm of the gradient, seconds it took."""
+
+    epoch: int
+    losses: dict
+    gradient_norm: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class State:
+    """Everything needed to go on after an epoch: parameters, Adam's moments, epochs done."""
+
+    params: dict
+    adam: dict
+    epoch: int
+
+
+class TrainingError(ValueError):
+    """Training cannot go on; the message says at which epoch and batch."""
+
+
+def start_state(params):
+    """A State before the first epoch.   params : dict of arrays"""
+    return State(params, nn.adam_start(params), 0)
+
+
+def train_autoencoder(X, *, epochs, batch=BATCH, rate=RATE, alpha=0.01, dropout=0.25, hidden=256, width=25, seed=0, state=None, kernels=nn):
+    r"""Train the loss network by equation 3.
+
+    X : (N, 66, T) normalised windows, float32 or float64, T even;  dropout : share of input numbers set to 0 (the others grow by
+    1 / (1 - dropout)), so that the network learns to mend motion; 0 is equation 3 as printed;  state : to go on from
+    ->  yields (Record, State) after each epoch
+    """
+    state = state or start_state(init_loss_network(np.random.default_rng(seed), hidden=hidden, width=width, dtype=X.dtype))
+    for epoch in range(state.epoch + 1, epochs + 1):
+        rng = np.random.default_rng([seed, 1, epoch])
+
+        def step(params, indices):
+            clean = X[indices]
+            keep = rng.random(clean.shape) >= dropout
+            noisy = (clean * keep / (1 - dropout)).astype(X.dtype) if dropout else None
+            settings = dict(alpha=alpha, noisy=noisy, kernels=kernels)
+            return {"loss": autoencoder_loss(clean, params, **settings)}, autoencoder_loss_backward(X.dtype.type(1), clean, params, **settings)[1]
+
+        record, state = _epoch(state, epoch, _batches(rng, len(X), batch), step, rate)
+        yield record, state
+
+
+def train_style(lesson, manifold, *, epochs, weights=Weights(), batch=BATCH, rate=RATE, channels=128, width=25, seed=0, state=None, kernels=nn):
+    r"""Train a transformation network by equation 10 against a fixed loss network.
+
+    lesson : Lesson;  manifold : Manifold;  weights : for the data's unit   ->  yields (Record, State) after each epoch
+    """
+    loss_network, mean, deviation = manifold.params, manifold.normaliser.mean, manifold.normaliser.deviation
+    state = state or start_state(init_transformation_network(np.random.default_rng([seed, 2]), channels=channels, width=width,
+                                                             dtype=lesson.X.dtype))
+
+    def step(params, indices):
+        I, target = lesson.X[indices], batch_target(lesson, indices, loss_network, kernels=kernels)
+        arguments = (params, I, target, loss_network, mean, deviation, weights)
+        total, terms = total_loss(*arguments, kernels=kernels)
+        return {"loss": total, **terms}, total_loss_backward(1.0, *arguments, kernels=kernels)
+
+    for epoch in range(state.epoch + 1, epochs + 1):
+        rng = np.random.default_rng([seed, 3, epoch])
+        record, state = _epoch(state, epoch, _batches(rng, len(lesson.X), batch), step, rate)
+        yield record, state
+
+
+def _batches(rng, count, size):
+    """Indices of an epoch in random order, the last batch as small as it comes."""
+    order = rng.permutation(count)
+    return [order[i:i + size] for i in range(0, count, size)]
+
+
+def _epoch(state, epoch, batches, step, rate):
+    """Run one epoch.   step : (params, indices) -> losses, gradients   ->  Record, State"""
+    params, adam = state.params, state.adam
+    began, sums, norms = time.perf_counter(), {}, []
+    for number, indices in enumerate(batches, start=1):
+        losses, gradients = step(params, indices)
+        norm = float(np.sqrt(sum(np.vdot(g, g) for g in gradients.values())))
+        if not np.isfinite(norm) or not np.isfinite(losses["loss"]):
+            raise TrainingError(f"epoch {epoch}, batch {number} of {len(batches)}: found loss {losses['loss']} and gradient norm {norm}, "
+                                "needed finite numbers; lower the learning rate or look for a bad clip in this batch")
+        for name, loss in losses.items():
+            sums[name] = sums.get(name, 0.0) + float(loss) * len(indices)
+        norms.append(norm)
+        params, adam = nn.adam_step(params, gradients, adam, rate=rate)
+    count = sum(map(len, batches))
+    means = {name: total / count for name, total in sums.items()}
+    return Record(epoch, means, float(np.mean(norms)), time.perf_counter() - began), State(params, adam, epoch)

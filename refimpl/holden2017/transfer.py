@@ -1,0 +1,40 @@
+r"""Running it, section "Manifold Projection": stylise(I) = P(T(I)) for a clip of any length, back on the clip's own skeleton."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import nn
+from ..motion.dataset import to_scale
+from ..motion.features import decode
+from ..motion.retarget import to_clip
+from .networks import project, transform
+
+
+@dataclass(frozen=True)
+class Stylised:
+    """A stylised take: clip on its own skeleton, positions (T, 21, 3) the network moved, y up, and features (T, 66), in the take's unit."""
+
+    clip: object
+    positions: np.ndarray
+    features: np.ndarray
+
+
+def stylise(features, style, *, projected=True, kernels=nn):
+    """P(T(I)) of features on the model's scale, or T(I) alone.   (T, 66)  ->  (T, 66)"""
+    output = transform(style.manifold.network_input(features), style.params, kernels=kernels)
+    if projected:
+        output = project(output, style.manifold.params, kernels=kernels)
+    return style.manifold.motion(output)
+
+
+def transfer(take, style, *, projected=True, kernels=nn):
+    """Stylise a take.   Take, Style  ->  Stylised
+
+    The character is brought to the model's size and back, and starts where and as the content starts.
+    """
+    leg = take.leg
+    content = to_scale(take.features, leg, style.manifold.leg)
+    features = to_scale(stylise(content, style, projected=projected, kernels=kernels), style.manifold.leg, leg)
+    positions = decode(features, take.start)
+    return Stylised(to_clip(take, positions), positions, features)

@@ -1,0 +1,327 @@
+"""Reading and writing BVH files.
+
+A BVH file is a tree of joints, each with an OFFSET from its parent and a list of CHANNELS, followed by one line of numbers a
+frame: all channels of all joints in the order of the file. What the format leaves open is decided here:
+
+- position channels *replace* the joint's OFFSET along their axis, on the root and on any other joint;
+- rotation channels are intrinsic rotations in the order listed, in degrees; every joint has its own order;
+- an End Site is where a joint's last bone ends; it has no channels;
+- a name is everything between the keyword and the brace, so that names with spaces survive;
+- keywords are read in any case; lines that begin with `#` are comments.
+
+A file that cannot be read exactly is refused with a `BVHError` that names the file, the line, what was found and what was needed.
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+import math
+import re
+
+import numpy as np
+
+from ..storage import atomic_write
+
+POSITION_CHANNELS = ("Xposition", "Yposition", "Zposition")
+ROTATION_CHANNELS = ("Xrotation", "Yrotation", "Zrotation")
+_CHANNELS = {name.lower(): name for name in POSITION_CHANNELS + ROTATION_CHANNELS}
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\Z")
+
+
+class BVHError(ValueError):
+    """A file that is not the BVH it should be; the message names file and line, what was found and what was needed."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One joint of the hierarchy.
+
+    parent : index of the parent joint, -1 for the root;  offset : (x, y, z) from the parent in the file's length unit;
+    channels : names in file order;  end_site : (x, y, z) of the End Site below this joint, or None.
+    """
+
+    name: str
+    parent: int
+    offset: tuple
+    channels: tuple
+    end_site: tuple = None
+
+    @property
+    def rotation_order(self):
+        """The axes of the rotation channels as listed, for example "ZXY"."""
+        return "".join(c[0] for c in self.channels if c in ROTATION_CHANNELS)
+
+
+@dataclass(frozen=True)
+class Clip:
+    """The content of a BVH file, nothing lost: joints in file order, seconds a frame, and the raw channel values.
+
+    values : (frames, channels) float64, degrees and length units as in the file.
+    """
+
+    joints: tuple
+    frame_time: float
+    values: np.ndarray = field(repr=False)
+
+    @property
+    def names(self):
+        return tuple(joint.name for joint in self.joints)
+
+    @property
+    def parents(self):
+        return np.array([joint.parent for joint in self.joints])
+
+    @property
+    def frames(self):
+        return len(self.values)
+
+    @property
+    def fps(self):
+        """Frames a second. Files round 1/30 to 0.0333333; a rate within 0.01 % of a whole number is taken as that number."""
+        rate = 1.0 / self.frame_time
+        return float(round(rate)) if abs(rate - round(rate)) < 1e-4 * rate else rate
+
+
+def read_bvh(path):
+    """Read a BVH file.   path  ->  Clip.   Raises BVHError (malformed content) or OSError (no such file, no permission)."""
+    data = Path(path).read_bytes()
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[:error.start].count(b"\n") + 1
+        raise BVHError(f"{path}:{line}: found byte 0x{data[error.start]:02x}, needed UTF-8 text; "
+                       "is this a BVH file? If it is, save it as UTF-8") from None
+    return parse_bvh(text, path)
+
+
+def parse_bvh(text, name="<text>"):
+    """Parse the text of a BVH file; `name` stands for the file in error messages.   ->  Clip"""
+    lines = text.splitlines()
+    if not text.strip():
+        raise BVHError(f"{name}:1: found an empty file, needed HIERARCHY")
+    reader = _Header(lines, name)
+    joints = reader.read()
+    return _parse_motion(lines, reader.line, tuple(joints), name)
+
+
+class _Header:
+    """The tokens of the HIERARCHY part, one after the other, each with its line."""
+
+    def __init__(self, lines, name):
+        self.lines, self.name, self.line = lines, name, 0
+        self.tokens, self.at = [], 0
+        for number, text in enumerate(lines, start=1):
+            if text.lstrip().startswith("#"):
+                continue
+            if text.strip().upper() == "MOTION":
+                self.line = number
+                break
+            self.tokens += [(token, number) for token in re.findall(r"[{}]|[^\s{}]+", text)]
+        self.end_line = self.line or len(lines)
+
+    def fail(self, found, needed, line=None):
+        raise BVHError(f"{self.name}:{line or self._line_here()}: found {found}, needed {needed}")
+
+    def _line_here(self):
+        return self.tokens[self.at][1] if self.at < len(self.tokens) else self.end_line
+
+    def take(self, needed):
+        if self.at >= len(self.tokens):
+            self.fail("MOTION" if self.line else "the end of the file", needed)
+        token = self.tokens[self.at][0]
+        self.at += 1
+        return token
+
+    def expect(self, *words):
+        start = self.at
+        for word in words:
+            token = self.take(word)
+            if token.upper() != word:
+                self.at = start
+                self.fail(_quote(token), " ".join(words))
+
+    def number(self, what):
+        token = self.take(what)
+        if not _NUMBER.match(token) or not math.isfinite(float(token)):
+            self.at -= 1
+            self.fail(_quote(token), f"a finite number for {what}")
+        return float(token)
+
+    def read_name(self, keyword):
+        words = []
+        while self.at < len(self.tokens) and self.tokens[self.at][0] not in "{}":
+            words.append(self.take("a name"))
+        if not words:
+            self.fail("no name", f"a name after {keyword}")
+        return " ".join(words)
+
+    def read_offset(self, owner):
+        self.expect("OFFSET")
+        return tuple(self.number(f"the OFFSET of {owner}") for _ in range(3))
+
+    def read_channels(self, owner):
+        if self.at < len(self.tokens) and self.tokens[self.at][0].upper() != "CHANNELS":
+            return ()
+        self.expect("CHANNELS")
+        count = self.take("the number of channels")
+        if not count.isascii() or not count.isdigit() or int(count) > 6:
+            self.at -= 1
+            self.fail(_quote(count), f"a number of channels from 0 to 6 for {owner}")
+        channels = []
+        for _ in range(int(count)):
+            word = self.take(f"{count} channel names for {owner}")
+            if word.lower() not in _CHANNELS or _CHANNELS[word.lower()] in channels:
+                self.at -= 1
+                self.fail(_quote(word), "a channel not listed before, one of " + " ".join(_CHANNELS.values()))
+            channels.append(_CHANNELS[word.lower()])
+        return tuple(channels)
+
+    def read(self):
+        """The whole hierarchy without recursion, so that depth is bounded by memory alone."""
+        self.expect("HIERARCHY")
+        self.expect("ROOT")
+        joints, open_joints = [], []
+        seen = {}
+        self._open(joints, open_joints, seen, "ROOT")
+        while open_joints:
+            token = self.take("JOINT, End Site or }").upper()
+            if token == "JOINT":
+                self._open(joints, open_joints, seen, "JOINT")
+            elif token == "END":
+                self._end_site(joints, open_joints[-1])
+            elif token == "}":
+                open_joints.pop()
+            else:
+                self.at -= 1
+                self.fail(_quote(self.tokens[self.at][0]), "JOINT, End Site or }")
+        if self.at < len(self.tokens):
+            self.fail(_quote(self.tokens[self.at][0]), "MOTION after the one ROOT's closing brace")
+        if not self.line:
+            self.fail("the end of the file", "MOTION")
+        return joints
+
+    def _open(self, joints, open_joints, seen, keyword):
+        line = self._line_here()
+        name = self.read_name(keyword)
+        if name in seen:
+            self.fail(f"a second joint named {_quote(name)} (the first is in line {seen[name]})", "a name of its own", line)
+        seen[name] = line
+        self.expect("{")
+        offset = self.read_offset(name)
+        joints.append(Joint(name, open_joints[-1] if open_joints else -1, offset, self.read_channels(name)))
+        open_joints.append(len(joints) - 1)
+
+    def _end_site(self, joints, index):
+        self.expect("SITE")
+        if joints[index].end_site is not None:
+            self.fail("a second End Site", f"one End Site at most below {joints[index].name}")
+        while self.at < len(self.tokens) and self.tokens[self.at][0] not in "{}":
+            self.at += 1                                        # some writers name their End Sites
+        self.expect("{")
+        joint = joints[index]
+        joints[index] = Joint(joint.name, joint.parent, joint.offset, joint.channels, self.read_offset("an End Site"))
+        self.expect("}")
+
+
+def _parse_motion(lines, motion_line, joints, name):
+    """The MOTION part: Frames, Frame Time and the table of numbers; line numbers count from 1."""
+    rows = [(number, text) for number, text in enumerate(lines[motion_line:], start=motion_line + 1)
+            if text.strip() and not text.lstrip().startswith("#")]
+    frames = _labelled(rows, 0, "Frames:", name, len(lines))
+    if not frames.isascii() or not frames.isdigit() or int(frames) < 1:
+        raise BVHError(f"{name}:{rows[0][0]}: found Frames: {_quote(frames)}, needed a whole number of frames from 1 on")
+    frame_time = _labelled(rows, 1, "Frame Time:", name, len(lines))
+    if not _NUMBER.match(frame_time) or not 0 < float(frame_time) < math.inf:
+        raise BVHError(f"{name}:{rows[1][0]}: found Frame Time: {_quote(frame_time)}, needed seconds a frame above 0")
+    rows = rows[2:]
+    if len(rows) != int(frames):
+        where = rows[int(frames)][0] if len(rows) > int(frames) else len(lines)
+        raise BVHError(f"{name}:{where}: found {len(rows)} rows of motion, needed {frames} as Frames: says; "
+                       "was the file cut off?")
+    width = sum(len(joint.channels) for joint in joints)
+    values = np.empty((len(rows), width))
+    for out, (number, text) in zip(values, rows):
+        words = text.split()
+        if len(words) != width:
+            raise BVHError(f"{name}:{number}: found {len(words)} values, needed {width}, one for each channel")
+        try:
+            out[:] = words
+            good = np.isfinite(out).all() and "_" not in text
+        except ValueError:
+            good = False
+        if not good:
+            bad = next(w for w in words if not _NUMBER.match(w) or not math.isfinite(float(w)))
+            raise BVHError(f"{name}:{number}: found {_quote(bad)}, needed a finite number")
+    return Clip(joints, float(frame_time), values)
+
+
+def _labelled(rows, index, label, name, last_line):
+    """The text behind a label such as `Frames:`, written in any case and with any white space."""
+    if index >= len(rows):
+        raise BVHError(f"{name}:{last_line}: found the end of the file, needed {label}")
+    number, text = rows[index]
+    match = re.match(r"\s*" + r"\s+".join(label.split()) + r"\s*(.*?)\s*\Z", text, re.IGNORECASE)
+    if not match:
+        raise BVHError(f"{name}:{number}: found {_quote(text.strip())}, needed {label}")
+    return match.group(1)
+
+
+def _quote(text):
+    return repr(text if len(text) <= 40 else text[:37] + "...")
+
+
+def write_bvh(path, clip):
+    """Write a clip; what is read back is equal to the last bit, and no number needs an exponent.
+
+    The file appears whole or not at all. Raises OSError when it cannot be written, BVHError when the clip's parts disagree.
+    """
+    with atomic_write(path) as file:
+        file.write(format_bvh(clip))
+
+
+def format_bvh(clip):
+    """The text of a BVH file.   Clip  ->  str"""
+    width = sum(len(joint.channels) for joint in clip.joints)
+    if clip.values.ndim != 2 or clip.values.shape[1] != width or not len(clip.values):
+        raise BVHError(f"clip.values: found shape {clip.values.shape}, needed (frames, {width}) with at least one frame")
+    if not np.isfinite(clip.values).all():
+        frame, channel = np.argwhere(~np.isfinite(clip.values))[0]
+        raise BVHError(f"clip.values: found {clip.values[frame, channel]} in frame {frame}, channel {channel}, "
+                       "needed finite numbers")
+    lines = ["HIERARCHY"] + _hierarchy_lines(clip.joints)
+    lines += ["MOTION", f"Frames:\t{clip.frames}", f"Frame Time:\t{_decimal(clip.frame_time)}"]
+    lines += [" ".join(map(_decimal, row)) for row in clip.values]
+    return "\n".join(lines) + "\n"
+
+
+def _hierarchy_lines(joints):
+    lines, open_joints = [], []
+
+    def close():
+        joint = joints[open_joints[-1]]
+        tab = "\t" * len(open_joints)
+        if joint.end_site is not None:
+            lines.extend([f"{tab}End Site", tab + "{", f"{tab}\tOFFSET {_row(joint.end_site)}", tab + "}"])
+        open_joints.pop()
+        lines.append("\t" * len(open_joints) + "}")
+
+    for index, joint in enumerate(joints):
+        while open_joints and open_joints[-1] != joint.parent:
+            close()
+        if (joint.parent == -1) != (index == 0) or (index and not open_joints):
+            raise BVHError(f"joint {joint.name!r}: found parent {joint.parent}, needed joints in depth-first order below one root")
+        tab = "\t" * len(open_joints)
+        lines.extend([f"{tab}{'JOINT' if open_joints else 'ROOT'} {joint.name}", tab + "{", f"{tab}\tOFFSET {_row(joint.offset)}"])
+        lines.append(f"{tab}\tCHANNELS {' '.join([str(len(joint.channels)), *joint.channels])}")
+        open_joints.append(index)
+    while open_joints:
+        close()
+    return lines
+
+
+def _row(numbers):
+    return " ".join(map(_decimal, numbers))
+
+
+def _decimal(x):
+    """The shortest decimal without an exponent that reads back as the same double."""
+    return np.format_float_positional(x, trim="-")

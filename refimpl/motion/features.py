@@ -1,0 +1,145 @@
+r"""The 66 numbers a frame of Holden et al. 2017, section 3.1, and the way back to the world.
+
+| slice       | numbers | meaning                                                                    | unit           |
+| ----------- | ------- | -------------------------------------------------------------------------- | -------------- |
+| `POSITIONS` | 0..62   | 21 joints x (x, y, z) in the character's own frame: origin under the hips on the floor, y up, z forward, x to the left | length |
+| `TURN`      | 63      | turning velocity: yaw from this frame to the next, positive to the left    | radians/frame  |
+| `FORWARD`   | 64      | velocity of the root along the character's z                               | length/frame   |
+| `SIDEWAYS`  | 65      | velocity of the root along the character's x                               | length/frame   |
+
+Frame t's velocities lead from frame t to t + 1. The last row repeats those of the row before.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from .joints import FEET, JOINTS, LEGS, SLOT
+from .rotation import yaw_rotation
+
+POSITIONS = slice(0, 3 * JOINTS)
+TURN = 3 * JOINTS
+FORWARD = TURN + 1
+SIDEWAYS = TURN + 2
+VELOCITIES = slice(TURN, SIDEWAYS + 1)
+TRANSLATION = slice(FORWARD, SIDEWAYS + 1)
+FEATURES = SIDEWAYS + 1
+
+FPS = 60.0
+ROOT_SIGMA, FACING_SIGMA = 3.0, 20.0                     # frames, of the Gaussians that smooth the root's path and the facing
+FLOOR_SOFTNESS = 0.01                                    # of the leg's length: how near to the lowest a frame must be to count
+
+
+@dataclass(frozen=True)
+class Start:
+    """What the 66 numbers leave out: where the character stands at frame 0, its yaw there, and the floor's height."""
+
+    x: float = 0.0
+    z: float = 0.0
+    yaw: float = 0.0
+    floor: float = 0.0
+
+
+def leg_length(positions):
+    """Thigh plus shin, the median over frames and both legs: the size of a character.   (T, 21, 3)  ->  float"""
+    thigh_and_shin = [np.linalg.norm(positions[:, knee] - positions[:, hip], axis=-1)
+                      + np.linalg.norm(positions[:, heel] - positions[:, knee], axis=-1) for hip, knee, heel, _ in LEGS]
+    return float(np.median(thigh_and_shin))
+
+
+def floor_height(positions):
+    r"""Soft minimum over time of the lowest foot joint's height h: a mean of the heights that are close to the lowest one,
+
+        floor = sum_t w_t h_t / sum_t w_t,    w_t = exp(-(h_t - min h) / s),    s = 1 % of the leg's length
+
+    A single frame below the rest, a stumble of the capture, moves it little. It does not depend on the unit or the clip's length
+    (the 2016 code's form, min - log(1/2 + exp(min - max)), depends on the unit).
+
+    positions : (T, 21, 3), y up  ->  float
+    """
+    lowest = positions[:, FEET, 1].min(axis=1)
+    weight = np.exp(-(lowest - lowest.min()) / (FLOOR_SOFTNESS * leg_length(positions)))
+    return float(weight @ lowest / weight.sum())
+
+
+def root_path(positions):
+    """The hips on the floor plane, smoothed over time.   (T, 21, 3)  ->  (T, 2): x and z"""
+    return gaussian_filter1d(positions[:, SLOT["Hips"]][:, [0, 2]], ROOT_SIGMA, axis=0, mode="nearest")
+
+
+def facing(positions):
+    r"""Where the body faces, as a unit vector on the floor plane, from hips and shoulders:
+
+        across = (left shoulder - right shoulder) + (left hip - right hip),    forward = across x up
+
+    smoothed over time (a sway of the shoulders is not a turn) and normalised again.   (T, 21, 3)  ->  (T, 2): x and z
+    """
+    across = (positions[:, SLOT["LeftArm"]] - positions[:, SLOT["RightArm"]]
+              + positions[:, SLOT["LeftUpLeg"]] - positions[:, SLOT["RightUpLeg"]])
+    forward = np.stack([-across[:, 2], across[:, 0]], axis=1)
+    forward = forward / np.linalg.norm(forward, axis=1, keepdims=True)
+    forward = gaussian_filter1d(forward, FACING_SIGMA, axis=0, mode="nearest")
+    return forward / np.linalg.norm(forward, axis=1, keepdims=True)
+
+
+def encode(positions, floor=None):
+    r"""World positions at 60 frames a second to the 66 numbers.
+
+        p_j^local = Y(-yaw) (p_j - root),   v_r = Y(-yaw) (root[t+1] - root[t]),   turn = yaw[t+1] - yaw[t]
+
+    positions : (T, 21, 3), y up, any unit;  floor : its height, found by `floor_height` unless given
+    ->  features (T, 66), Start.   Raises ValueError on a wrong shape or on values that are not finite.
+    """
+    positions = np.asarray(positions, dtype=float)
+    if positions.ndim != 3 or positions.shape[1:] != (JOINTS, 3) or not len(positions):
+        raise ValueError(f"positions: found shape {positions.shape}, needed (frames, {JOINTS}, 3) with at least one frame")
+    if not np.isfinite(positions).all():
+        frame = int(np.argwhere(~np.isfinite(positions))[0, 0])
+        raise ValueError(f"positions: found a value that is not finite in frame {frame}, needed finite world positions")
+    floor = floor_height(positions) if floor is None else float(floor)
+    root, forward = root_path(positions), facing(positions)
+    yaw = np.arctan2(forward[:, 0], forward[:, 1])
+
+    to_local = yaw_rotation(-yaw)                                                        # (T, 3, 3)
+    origin = np.stack([root[:, 0], np.full(len(root), floor), root[:, 1]], axis=1)       # (T, 3)
+    local = (positions - origin[:, None]) @ to_local.swapaxes(1, 2)                      # (T, 21, 3)
+    velocity = np.diff(origin, axis=0)[:, None] @ to_local[:-1].swapaxes(1, 2)           # (T-1, 1, 3)
+    turn = (np.diff(yaw) + np.pi) % (2 * np.pi) - np.pi                                  # (T-1,)
+
+    features = np.zeros((len(positions), FEATURES))
+    features[:, POSITIONS] = local.reshape(len(positions), -1)
+    features[:-1, TURN] = turn
+    features[:-1, FORWARD], features[:-1, SIDEWAYS] = velocity[:, 0, 2], velocity[:, 0, 0]
+    if len(features) > 1:
+        features[-1, VELOCITIES] = features[-2, VELOCITIES]
+    return features, Start(*map(float, root[0]), float(yaw[0]), floor)
+
+
+def root_motion(features, start=Start()):
+    r"""Integrate the velocities:  yaw[t+1] = yaw[t] + turn[t],  root[t+1] = root[t] + Y(yaw[t]) v_r[t]
+
+    features : (T, 66)  ->  root (T, 3) on the floor, yaw (T,)
+    """
+    yaw = start.yaw + np.concatenate([[0.0], np.cumsum(features[:-1, TURN])])
+    velocity = np.zeros((len(features), 3))
+    velocity[1:, 0], velocity[1:, 2] = features[:-1, SIDEWAYS], features[:-1, FORWARD]
+    velocity[1:] = (yaw_rotation(yaw[:-1]) @ velocity[1:, :, None])[..., 0]
+    return np.array([start.x, start.floor, start.z]) + np.cumsum(velocity, axis=0), yaw
+
+
+def decode(features, start=Start()):
+    """The inverse of `encode`: the 66 numbers back to world positions.   (T, 66)  ->  (T, 21, 3)"""
+    features = np.asarray(features, dtype=float)
+    if features.ndim != 2 or features.shape[1] != FEATURES:
+        raise ValueError(f"features: found shape {features.shape}, needed (frames, {FEATURES})")
+    root, yaw = root_motion(features, start)
+    local = features[:, POSITIONS].reshape(len(features), JOINTS, 3)
+    return local @ yaw_rotation(yaw).swapaxes(1, 2) + root[:, None]
+
+
+def scale(features, factor):
+    """The same motion of a character `factor` times as large; turning stays.   (T, 66)  ->  (T, 66)"""
+    scaled = features * factor
+    scaled[:, TURN] = features[:, TURN]
+    return scaled

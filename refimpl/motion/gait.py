@@ -1,0 +1,224 @@
+r"""How legs walk and jog: where the feet are planted, how they roll and swing, how high the hips can be, how the knee bends.
+
+One cycle of the gait is phase 0..1 and begins when the left foot lands. Lengths are centimetres of a body of average size, angles radians,
+y is up; a body with yaw a faces (sin a, 0, cos a) and has its left side at (cos a, 0, -sin a). Every curve is closed-form in the phase and
+has two continuous derivatives; time is always the first axis, and nothing loops over it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import rotation
+
+THIGH, SHIN = 39.0, 41.0
+ANKLE_HEIGHT, TOE_HEIGHT = 11.74, 4.25                       # of a foot that stands flat
+FOOT = np.array([0.0, TOE_HEIGHT - ANKLE_HEIGHT, 9.06])      # from the ankle to the ball of the flat foot: 11.76 cm long
+REACH = 0.988 * (THIGH + SHIN)                               # a leg is never stretched further than this by the hips: 18 degrees of knee
+
+
+@dataclass(frozen=True)
+class Gait:
+    """A content: what the legs do before any style.
+
+    speed : cm/s;  stride : cm from one landing of a foot to its next, at that speed;  slowest, fastest : cm/s;
+    stance : part of the cycle that a foot is planted;  longest : its limit for any style (below 0.5: both feet leave the floor);
+    landing : part of the stance before the hips are above the ankle;  flat, heel_off : parts of the stance at which the sole lies flat, the heel rises;
+    strike, push : pitch of the foot when it lands (toe up) and when it leaves (heel up), degrees;
+    clearance : cm by which a swinging foot is lifted;  width : cm between an ankle and the path;
+    height : cm, hips above the floor;  bounce : cm, amplitude of the hips, positive when highest over a planted foot;
+    sway : cm, amplitude of the hips sideways;  lean, elbow, arm_swing, twist : degrees.
+    """
+
+    speed: float
+    stride: float
+    slowest: float
+    fastest: float
+    stance: float
+    longest: float
+    landing: float
+    flat: float
+    heel_off: float
+    strike: float
+    push: float
+    clearance: float
+    width: float
+    height: float
+    bounce: float
+    sway: float
+    lean: float
+    elbow: float
+    arm_swing: float
+    twist: float
+
+
+WALK = Gait(speed=112.0, stride=118.0, slowest=15.0, fastest=190.0, stance=0.60, longest=0.70, landing=0.42, flat=0.15, heel_off=0.58,
+            strike=20.0, push=50.0, clearance=5.0, width=6.5, height=92.6, bounce=0.6, sway=2.0, lean=2.0, elbow=14.0, arm_swing=24.0, twist=6.0)
+JOG = Gait(speed=240.0, stride=168.0, slowest=120.0, fastest=380.0, stance=0.35, longest=0.44, landing=0.42, flat=0.18, heel_off=0.48,
+           strike=12.0, push=58.0, clearance=16.0, width=4.5, height=88.0, bounce=-2.6, sway=1.2, lean=8.0, elbow=78.0, arm_swing=30.0, twist=9.0)
+STAND = Gait(speed=0.0, stride=0.0, slowest=0.0, fastest=0.0, stance=1.0, longest=1.0, landing=0.5, flat=0.0, heel_off=1.0,
+             strike=0.0, push=0.0, clearance=0.0, width=9.0, height=92.6, bounce=0.0, sway=1.5, lean=0.0, elbow=12.0, arm_swing=1.5, twist=1.0)
+
+
+def ease(u):
+    r"""From 0 to 1 with zero velocity and acceleration at both ends: `6 u^5 - 15 u^4 + 10 u^3`, constant outside [0, 1]."""
+    u = np.clip(u, 0.0, 1.0)
+    return u ** 3 * (10.0 + u * (6.0 * u - 15.0))
+
+
+def bump(u):
+    r"""From 0 up to 1 at u = 1/2 and back to 0: `64 u^3 (1-u)^3`, zero outside [0, 1]."""
+    u = np.clip(u, 0.0, 1.0)
+    return (4.0 * u * (1.0 - u)) ** 3
+
+
+def forward_of(yaw):
+    """(...) -> (..., 3)"""
+    return np.stack([np.sin(yaw), np.zeros_like(yaw), np.cos(yaw)], axis=-1)
+
+
+def left_of(yaw):
+    """(...) -> (..., 3)"""
+    return np.stack([np.cos(yaw), np.zeros_like(yaw), -np.sin(yaw)], axis=-1)
+
+
+@dataclass(frozen=True)
+class Path:
+    """Where the body is on the floor, sampled finely and beyond both ends of the clip.
+
+    phase : (n,) cycles, rising;  position : (n, 3) cm, y = 0;  yaw : (n,) radians, not wrapped.
+    """
+
+    phase: np.ndarray
+    position: np.ndarray
+    yaw: np.ndarray
+
+    def at(self, phase):
+        """Position (..., 3) and yaw (...) when the gait is at `phase` (...)."""
+        x, z, yaw = (np.interp(phase, self.phase, column) for column in (self.position[:, 0], self.position[:, 2], self.yaw))
+        return np.stack([x, np.zeros_like(x), z], axis=-1), yaw
+
+
+@dataclass(frozen=True)
+class FootPlan:
+    """One foot over time: ankle (T, 3);  yaw, pitch (T,), heel up positive;  bend (T,): of the toes against the foot;
+    heel, toe (T,) bool: while one is True, that joint does not move;  swing (T,) 0..1 within the swing."""
+
+    ankle: np.ndarray
+    yaw: np.ndarray
+    pitch: np.ndarray
+    bend: np.ndarray
+    heel: np.ndarray
+    toe: np.ndarray
+    swing: np.ndarray
+
+
+def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, strike, push, clearance, around):
+    r"""The curve of a foot that lands at phases `start + k` and stays for `stance` of the cycle.
+
+    The footprint lies beside the place where the body is in mid-stance. B is where the ball of the foot would be if the foot were flat: it rests
+    on the print, then moves to the next one on `ease`, lifted by `bump`. Two pitches h (heel up, pivot: the ball) and g (toe up, pivot: the ankle) roll the
+    foot, with a the ankle's place seen from the ball and R the rotation by yaw and pitch:
+
+        ankle = B + R(h) a,     ball = ankle - R(h - g) a
+
+    So the ankle rests exactly while B rests and h = 0, the ball rests exactly while B rests and g = 0.
+
+    phase : (T,) cycles;  side : +1 left, -1 right;  width, ahead, clearance, around : cm (ahead: the print is moved forward; around: the swing
+    bends outwards);  toe_out, strike, push : radians   ->  FootPlan
+    """
+    cycle = np.floor(phase - start)
+    c = phase - start - cycle
+    index = (cycle - cycle[0]).astype(int)
+    landings = start + cycle[0] + np.arange(index[-1] + 2)
+    prints, yaws = path.at(landings + gait.landing * stance)
+    prints = prints + side * width * left_of(yaws) + ahead * forward_of(yaws)
+    yaws = yaws + side * toe_out
+
+    u = np.clip((c - stance) / max(1.0 - stance, 1e-9), 0.0, 1.0)
+    move = ease(u)[:, None]
+    yaw = yaws[index] + move[:, 0] * (yaws[index + 1] - yaws[index])
+    ankle_flat = prints[index] + move * (prints[index + 1] - prints[index])
+    ankle_flat = ankle_flat + (side * around * bump(u))[:, None] * left_of(yaw)
+    ankle_flat[:, 1] = ANKLE_HEIGHT + clearance * bump(u ** 0.85)
+
+    lift, land = gait.heel_off * stance, gait.flat * stance
+    peak, back = stance + 0.06 * (1.0 - stance), stance + 0.72 * (1.0 - stance)
+    h = push * ease((c - lift) / max(peak - lift, 1e-9)) * (1.0 - ease((c - peak) / max(back - peak, 1e-9)))
+    raise_toe = 1.0 - 0.55 * (1.0 - stance)
+    g = strike * np.where(c < stance, 1.0 - ease(c / max(land, 1e-9)), ease((c - raise_toe) / max(1.0 - raise_toe, 1e-9)))
+    if stance >= 1.0:
+        h, g = np.zeros_like(c), np.zeros_like(c)
+
+    turn = rotation.yaw_rotation(yaw)
+    flat = (turn @ FOOT[:, None])[..., 0]
+    ankle = ankle_flat + flat - (turn @ rotation.axis_rotation("X", h) @ FOOT[:, None])[..., 0]
+    planted = c <= stance
+    return FootPlan(ankle, yaw, h - g, -h * (1.0 - ease(u / 0.45)), planted & (c <= lift), planted & (c >= land), u)
+
+
+def soft_minimum(values, softness):
+    r"""Below every one of them and smooth: `-s log sum_n exp(-x_n / s)`.   list of (T,), s in their unit  ->  (T,)"""
+    values = np.stack(values)
+    low = values.min(axis=0)
+    return low - softness * np.log(np.exp((low - values) / softness).sum(axis=0))
+
+
+def hip_height(wanted, hips, sockets, feet, relax):
+    r"""The height of the hips that both legs can reach, near the wanted one.
+
+    A leg with its ankle at (x, y, z) allows its socket no more than `y + sqrt(REACH^2 - horizontal distance^2)`. A swinging foot may be left
+    behind by up to `relax` cm: `within_reach` picks it up again.
+
+    wanted : (T,);  hips : (T, 3), y ignored;  sockets : two (T, 3) from the hips to the hip joints;  feet : two FootPlans  ->  (T,)
+    Raises ValueError when a planted foot is further away than a leg is long.
+    """
+    limits = [wanted]
+    for socket, foot in zip(sockets, feet):
+        away = foot.ankle - hips - socket
+        square = REACH ** 2 - away[:, 0] ** 2 - away[:, 2] ** 2
+        if (square[foot.swing == 0] < (0.6 * REACH) ** 2).any():
+            raise ValueError(f"speed, stride: found a foot planted {np.sqrt(REACH ** 2 - square.min()):.0f} cm from the hips, needed at most "
+                             f"{0.8 * REACH:.0f} cm on a body of average size; take a lower speed or a shorter stride")
+        limits.append(foot.ankle[:, 1] - socket[:, 1] + np.sqrt(np.maximum(square, (0.3 * REACH) ** 2)) + relax * bump(foot.swing))
+    return soft_minimum(limits, 0.8)
+
+
+def within_reach(socket, foot):
+    """The ankle, drawn towards its hip joint where it would stretch the leg. Only a swinging foot ever is.
+
+    socket : (T, 3)  ->  ankle (T, 3)
+    """
+    away = foot.ankle - socket
+    distance = np.linalg.norm(away, axis=-1, keepdims=True)
+    soft = 0.008 * REACH
+    over = np.maximum(distance - REACH, 0.0)
+    shift = np.where(over > 1e-9, soft * np.tanh(over / soft) - over, 0.0) * away / distance
+    return foot.ankle + shift
+
+
+def bend_leg(socket, ankle, facing):
+    r"""Two bones between hip joint and ankle, the knee towards `facing` (analytic, law of cosines):
+
+        d = |ankle - socket|,   cos(hip) = (THIGH^2 + d^2 - SHIN^2) / (2 THIGH d),   cos(pi - knee) = (THIGH^2 + SHIN^2 - d^2) / (2 THIGH SHIN)
+
+    Both bones turn about n = facing x direction, the body's left.
+
+    socket, ankle, facing : (T, 3)  ->  thigh and shin rotations (T, 3, 3) for bones that lie along -y at rest, knee angle (T,), 0 straight
+    """
+    away = ankle - socket
+    d = np.linalg.norm(away, axis=-1, keepdims=True)
+    down = away / d
+    n = np.cross(facing, down)
+    n = n / np.linalg.norm(n, axis=-1, keepdims=True)
+    cos_hip = (THIGH ** 2 + d ** 2 - SHIN ** 2) / (2 * THIGH * d)
+    cos_inner = (THIGH ** 2 + SHIN ** 2 - d ** 2) / (2 * THIGH * SHIN)
+    thigh = cos_hip * down + np.sqrt(1.0 - cos_hip ** 2) * np.cross(down, n)
+    shin = (away - THIGH * thigh) / SHIN
+    knee = np.pi - np.arccos(np.clip(cos_inner[:, 0], -1.0, 1.0))
+    return _frame(n, -thigh), _frame(n, -shin), knee
+
+
+def _frame(x, y):
+    """The rotation with these two columns.   (T, 3), (T, 3)  ->  (T, 3, 3)"""
+    return np.stack([x, y, np.cross(x, y)], axis=-1)

@@ -1,0 +1,94 @@
+r"""What training needs beside the 66 numbers: foot contacts, windows of equal length, and a normaliser."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .features import FEATURES, POSITIONS, TRANSLATION, TURN, VELOCITIES, floor_height, leg_length
+from .joints import FEET
+
+WINDOW, STEP = 240, 120                                  # frames at 60 a second (section 3.1: 240, overlapping)
+
+# A foot is planted while it is slow and low. In leg lengths (thigh + shin = 80.07 cm on the clips where these were measured:
+# squared speed below 1.5 cm^2 / frame^2, ankle below 11 cm, ball of the foot below 3 cm, above the lowest resting toe).
+CONTACT_SPEED2 = 1.5 / 80.07 ** 2
+CONTACT_HEIGHTS = np.array([11.0, 3.0, 11.0, 3.0]) / 80.07
+
+
+def foot_contacts(positions, floor=None):
+    r"""Which feet are planted in each frame: slow and low, in units of the character's leg.
+
+        planted_j[t] = |p_j[t+1] - p_j[t]|^2 < 2.3e-4 leg^2   and   y_j[t] - floor < 0.14 leg (heel), 0.037 leg (toe)
+
+    positions : (T, 21, 3) at 60 frames a second, y up  ->  (T, 4) bool: left heel, left toe, right heel, right toe.
+    The last row repeats the one before.
+    """
+    floor = floor_height(positions) if floor is None else floor
+    leg = leg_length(positions)
+    feet = positions[:, FEET]                                                            # (T, 4, 3)
+    speed2 = np.zeros(feet.shape[:2])
+    speed2[:-1] = np.sum(np.diff(feet, axis=0) ** 2, axis=-1)
+    planted = (speed2 < CONTACT_SPEED2 * leg ** 2) & (feet[..., 1] - floor < CONTACT_HEIGHTS * leg)
+    if len(planted) > 1:
+        planted[-1] = planted[-2]
+    return planted
+
+
+def windows(features, contacts, length=WINDOW, step=STEP):
+    """Cut a clip into windows of one length; pad a shorter one with its first and last frame, standing still.
+
+    features : (T, 66), contacts : (T, 4)  ->  (N, length, 66), (N, length, 4)
+    Windows begin every `step` frames; what is left at the end gets one more window that ends with the clip.
+    In the padding the three velocities are zero (**not** repeated: a padded figure stands still).
+    """
+    frames = len(features)
+    if frames < length:
+        before = (length - frames) // 2
+        pad = (before, length - frames - before)
+        padded = np.pad(features, (pad, (0, 0)), mode="edge")
+        padded[:pad[0], VELOCITIES] = 0.0
+        padded[frames + pad[0] - 1:, VELOCITIES] = 0.0   # from the clip's last frame on, which leads into the padding
+        return padded[None], np.pad(contacts, (pad, (0, 0)), mode="edge")[None]
+    starts = list(range(0, frames - length + 1, step))
+    if starts[-1] + length < frames:
+        starts.append(frames - length)
+    return (np.stack([features[s:s + length] for s in starts]), np.stack([contacts[s:s + length] for s in starts]))
+
+
+@dataclass(frozen=True)
+class Normaliser:
+    """Mean and deviation of each of the 66 numbers, and the name of the data they were measured on.
+
+    mean, deviation : (66,)
+    """
+
+    mean: np.ndarray
+    deviation: np.ndarray
+    source: str
+
+    def apply(self, features):
+        """(features - mean) / deviation.   (..., 66)  ->  (..., 66), in the features' own precision"""
+        return ((features - self.mean) / self.deviation).astype(features.dtype)
+
+    def undo(self, normalised):
+        """normalised * deviation + mean.   (..., 66)  ->  (..., 66)"""
+        return (normalised * self.deviation + self.mean).astype(normalised.dtype)
+
+
+def fit_normaliser(features, source):
+    """One common deviation for all positions, one for the two translational velocities, one for the turning velocity, so that no
+    joint that hardly moves is blown up; velocities keep a mean of zero, so that standing still stays zero.
+
+    features : (T, 66) all training frames together; source : a name for them  ->  Normaliser
+    """
+    features = np.asarray(features, dtype=float)
+    if features.ndim != 2 or features.shape[1] != FEATURES or len(features) < 2:
+        raise ValueError(f"features: found shape {features.shape}, needed (frames, {FEATURES}) with at least two frames")
+    mean, deviation = features.mean(axis=0), features.std(axis=0)
+    mean[VELOCITIES] = 0.0
+    for group in (POSITIONS, TRANSLATION, slice(TURN, TURN + 1)):
+        common = float(deviation[group].mean())
+        if not common > 0:
+            common = float(deviation.max()) or 1.0       # data that never turns (or never moves) has no deviation of its own
+        deviation[group] = common
+    return Normaliser(mean, deviation, source)

@@ -1,0 +1,164 @@
+r"""Rotations as free functions on arrays `[..., 3, 3]` that turn column vectors: `y = R @ x`.
+
+Angles are radians everywhere except inside BVH files. The axes are right-handed.
+"""
+
+import numpy as np
+
+AXES = "XYZ"
+
+
+def axis_rotation(axis, angle):
+    r"""Rotation about one coordinate axis.
+
+    axis : "X", "Y" or "Z";  angle : [...] radians  ->  [..., 3, 3]
+
+        Rx = [1 0 0; 0 c -s; 0 s c]   Ry = [c 0 s; 0 1 0; -s 0 c]   Rz = [c -s 0; s c 0; 0 0 1]
+    """
+    angle = np.asarray(angle, dtype=float)
+    i = AXES.index(axis)
+    j, k = (i + 1) % 3, (i + 2) % 3
+    R = np.zeros(angle.shape + (3, 3))
+    c, s = np.cos(angle), np.sin(angle)
+    R[..., i, i] = 1.0
+    R[..., j, j], R[..., j, k] = c, -s
+    R[..., k, j], R[..., k, k] = s, c
+    return R
+
+
+def euler_to_matrix(angles, order):
+    r"""Intrinsic rotations in the order in which they are listed: `R = R_order[0](a0) @ R_order[1](a1) @ ...`
+
+    angles : [..., n] radians, order : a word of n axes such as "ZXY"  ->  [..., 3, 3]
+    """
+    angles = np.asarray(angles, dtype=float)
+    R = np.broadcast_to(np.eye(3), angles.shape[:-1] + (3, 3))
+    for n, axis in enumerate(order):
+        R = R @ axis_rotation(axis, angles[..., n])
+    return R
+
+
+def matrix_to_euler(R, order):
+    r"""Angles (a, b, c) with `R = R_i(a) @ R_j(b) @ R_k(c)`, the inverse of `euler_to_matrix` for three different axes.
+
+    With s = +1 for XYZ, YZX, ZXY and s = -1 for the others, multiplying out gives
+
+        R[i,k] = s sin b,   R[j,k] = -s sin a cos b,   R[k,k] = cos a cos b,
+        R[i,j] = -s cos b sin c,   R[i,i] = cos b cos c.
+
+    R : [..., 3, 3], order : three different axes  ->  [..., 3] radians, b in [-pi/2, pi/2].
+    At the gimbal pole (cos b = 0) only a +- c is determined; c = 0 is taken.
+    Raises ValueError when the order repeats an axis.
+    """
+    if sorted(order) != list(AXES):
+        raise ValueError(f"order {order!r}: three different axes are needed to write any rotation as Euler angles")
+    i, j, k = (AXES.index(axis) for axis in order)
+    s = 1.0 if (j - i) % 3 == 1 else -1.0
+    cos_b = np.hypot(R[..., j, k], R[..., k, k])
+    b = np.arctan2(s * R[..., i, k], cos_b)
+    pole = cos_b < 1e-9
+    a = np.where(pole, np.arctan2(s * R[..., k, j], R[..., j, j]), np.arctan2(-s * R[..., j, k], R[..., k, k]))
+    c = np.where(pole, 0.0, np.arctan2(-s * R[..., i, j], R[..., i, i]))
+    return np.stack([a, b, c], axis=-1)
+
+
+def hat(v):
+    r"""The matrix of the cross product: `hat(v) @ x = v x x`.   v : [..., 3]  ->  [..., 3, 3]"""
+    v = np.asarray(v, dtype=float)
+    K = np.zeros(v.shape + (3,))
+    K[..., 0, 1], K[..., 0, 2], K[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
+    return K - K.swapaxes(-1, -2)
+
+
+def exp_map(v):
+    r"""Rodrigues' formula, from a rotation vector (axis times angle) to its matrix:
+
+        R = I + sin(t)/t hat(v) + (1 - cos t)/t^2 hat(v)^2,   t = |v|
+
+    v : [..., 3] radians  ->  [..., 3, 3]
+    """
+    v = np.asarray(v, dtype=float)
+    t = np.linalg.norm(v, axis=-1)[..., None, None]
+    K = hat(v)
+    return np.eye(3) + np.sinc(t / np.pi) * K + 0.5 * np.sinc(t / (2 * np.pi)) ** 2 * (K @ K)
+
+
+def log_map(R):
+    r"""The shortest rotation vector of a matrix, |v| <= pi, the inverse of `exp_map`.
+
+    By way of the unit quaternion (w, x, y, z), whose largest component is found first so that nothing is lost near a half turn:
+
+        v = 2 atan2(|xyz|, w) xyz / |xyz|
+
+    R : [..., 3, 3]  ->  [..., 3] radians
+    """
+    q = matrix_to_quaternion(R)
+    w, xyz = q[..., :1], q[..., 1:]
+    s = np.linalg.norm(xyz, axis=-1, keepdims=True)
+    factor = np.where(s > 1e-12, 2 * np.arctan2(s, w) / np.where(s > 1e-12, s, 1.0), 2.0)
+    return factor * xyz
+
+
+def matrix_to_quaternion(R):
+    r"""Unit quaternion (w, x, y, z), w >= 0, of a rotation.
+
+    4 q q^T is linear in R, so each of its rows is a multiple of q; the row with the largest diagonal is the exact one.
+
+    R : [..., 3, 3]  ->  [..., 4]
+    """
+    R = np.asarray(R, dtype=float)
+    xx, yy, zz = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
+    wx, wy, wz = (R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1])
+    xy, xz, yz = (R[..., 1, 0] + R[..., 0, 1], R[..., 0, 2] + R[..., 2, 0], R[..., 2, 1] + R[..., 1, 2])
+    Q = np.stack([1 + xx + yy + zz, wx, wy, wz,
+                  wx, 1 + xx - yy - zz, xy, xz,
+                  wy, xy, 1 - xx + yy - zz, yz,
+                  wz, xz, yz, 1 - xx - yy + zz], axis=-1).reshape(R.shape[:-2] + (4, 4))
+    largest = np.argmax(np.diagonal(Q, axis1=-2, axis2=-1), axis=-1)
+    q = np.take_along_axis(Q, largest[..., None, None], axis=-2)[..., 0, :]
+    q = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    return np.where(q[..., :1] < 0, -q, q)
+
+
+def slerp(R0, R1, t):
+    r"""Spherical interpolation along the shortest turn: `R0 exp(t log(R0^T R1))`.
+
+    R0, R1 : [..., 3, 3], t : broadcastable to [...], 0 gives R0 and 1 gives R1  ->  [..., 3, 3]
+    """
+    return R0 @ exp_map(np.asarray(t)[..., None] * log_map(R0.swapaxes(-1, -2) @ R1))
+
+
+def shortest_rotation(a, b):
+    r"""The smallest rotation that turns the direction of a into that of b (no twist about either).
+
+        R = I + hat(c) + hat(c)^2 / (1 + a.b),   c = a x b,  for unit a, b
+
+    a, b : [..., 3]  ->  [..., 3, 3]. A zero vector gives the identity; opposite vectors a half turn about some normal.
+    """
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    na, nb = np.linalg.norm(a, axis=-1, keepdims=True), np.linalg.norm(b, axis=-1, keepdims=True)
+    zero = (na < 1e-12) | (nb < 1e-12)
+    a, b = np.where(zero, [1.0, 0, 0], a / np.where(zero, 1, na)), np.where(zero, [1.0, 0, 0], b / np.where(zero, 1, nb))
+    dot = np.sum(a * b, axis=-1)[..., None, None]
+    K = hat(np.cross(a, b))
+    opposite = dot < -1 + 1e-12
+    normal = np.cross(a, np.where(np.abs(a[..., :1]) < 0.9, [1.0, 0, 0], [0, 1.0, 0]))
+    normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+    return np.where(opposite, exp_map(np.pi * normal), np.eye(3) + K + K @ K / np.where(opposite, 1.0, 1 + dot))
+
+
+def best_rotation(a, b):
+    r"""The rotation that brings several vectors a_n nearest to b_n in the least-squares sense (Kabsch):
+
+        R = U diag(1, 1, det(U V^T)) V^T,   U S V^T = sum_n b_n a_n^T
+
+    a, b : [..., n, 3]  ->  [..., 3, 3]
+    """
+    U, _, Vt = np.linalg.svd(b.swapaxes(-1, -2) @ a)
+    U[..., :, 2] *= np.sign(np.linalg.det(U @ Vt))[..., None]
+    return U @ Vt
+
+
+def yaw_rotation(yaw):
+    r"""Turn about the vertical y axis. A figure that faces +z at yaw 0 faces (sin yaw, 0, cos yaw); positive is to its left."""
+    return axis_rotation("Y", yaw)

@@ -1,0 +1,330 @@
+r"""Walkers and joggers made from nothing but formulas: the embedded data, with known style, foot contacts and phase.
+
+Their skeleton has exactly the 21 joints of `joints.SLOTS`, a T-pose at rest, centimetres, y up, 60 frames per second, facing +z with the left side at +x.
+A `Style` is a set of numbers with a meaning each, so that two styles can be blended and an observer can be checked against the truth;
+a `Person` is a body with habits. Everything is deterministic: the same arguments make the same bits.
+"""
+
+from dataclasses import dataclass, field, fields, replace
+
+import numpy as np
+
+from . import gait as legs
+from . import rotation
+from .bvh import Clip, Joint
+from .joints import PARENTS, SLOT, SLOTS
+
+FPS = 60
+CONTENTS = {"walk": (legs.WALK, 0.0), "jog": (legs.JOG, 0.0), "turn-left": (legs.WALK, 0.55), "turn-right": (legs.WALK, -0.55),
+            "stand": (legs.STAND, 0.0)}                      # the gait and the turn, radians / second
+
+_ARM = {"Arm": (15.0, 12.0, -0.5), "ForeArm": (24.0, 0.0, 0.0), "Hand": (22.0, 0.0, 0.0), "Finger": (3.9, 0.0, 0.0)}
+_LEG = {"UpLeg": (7.5, -1.8, 0.0), "Leg": (0.0, -legs.THIGH, 0.0), "Foot": (0.0, -legs.SHIN, 0.0), "Toe": tuple(legs.FOOT)}
+OFFSETS = {"Hips": (0.0, 93.0, 0.0), "Spine": (0.0, 10.0, -1.0), "Chest": (0.0, 14.0, -0.5), "Neck": (0.0, 16.0, 0.5), "Head": (0.0, 8.0, 1.5)}
+for _side, _sign in (("Left", 1.0), ("Right", -1.0)):
+    OFFSETS.update({_side + part: (_sign * x, y, z) for part, (x, y, z) in {**_ARM, **_LEG}.items()})
+END_SITES = {"Head": (0.0, 15.0, 2.0), "LeftToe": (0.0, -2.0, 5.5), "RightToe": (0.0, -2.0, 5.5),
+             "LeftFinger": (7.0, 0.0, 0.0), "RightFinger": (-7.0, 0.0, 0.0)}
+
+
+@dataclass(frozen=True)
+class Style:
+    """How a content is carried out; the defaults are a neutral adult.
+
+    Factors on the content's own value, 1 is neutral: speed, stride (at a given speed: below 1 means more and shorter steps), clearance (of the swinging foot),
+    roll (heel strike and push-off; 0: flat feet), width (of the track), sway (of the hips, sideways), twist (of pelvis against shoulders), arm_swing.
+    Added, 0 is neutral. Degrees: lean (of the trunk, forward), slump (rounding of the upper back), head (drop), tilt (of the trunk, to the left),
+    toe_out, arm_forward, arm_out, elbow, tremor. Centimetres: crouch, bounce. Cycles: stance (part of the cycle on the ground).
+    From 0 to 1: reach (both arms held out in front), stiffness (knees that hardly bend, feet carried around), limp (a right leg that hurts: short stance, stiff,
+    the body thrown over the other leg), sharpness (sinusoids become jerks).
+    """
+
+    speed: float = 1.0
+    stride: float = 1.0
+    clearance: float = 1.0
+    roll: float = 1.0
+    width: float = 1.0
+    sway: float = 1.0
+    twist: float = 1.0
+    arm_swing: float = 1.0
+    lean: float = 0.0
+    slump: float = 0.0
+    head: float = 0.0
+    tilt: float = 0.0
+    toe_out: float = 6.0
+    arm_forward: float = 0.0
+    arm_out: float = 0.0
+    elbow: float = 0.0
+    tremor: float = 0.0
+    crouch: float = 0.0
+    bounce: float = 0.0
+    stance: float = 0.0
+    reach: float = 0.0
+    stiffness: float = 0.0
+    limp: float = 0.0
+    sharpness: float = 0.0
+
+
+STYLES = {
+    "normal": Style(),
+    "old": Style(speed=0.5, stride=0.74, clearance=0.4, roll=0.3, width=1.3, sway=1.3, twist=0.4, arm_swing=0.3, lean=20.0, slump=24.0, head=6.0, toe_out=11.0,
+                 arm_forward=16.0, elbow=48.0, tremor=0.7, crouch=6.0, stance=0.05),
+    "zombie": Style(speed=0.5, stride=0.9, clearance=0.3, roll=0.25, width=1.4, sway=2.8, twist=0.3, arm_swing=0.1, lean=3.0, head=6.0, tilt=7.0,
+                    tremor=0.4, stance=0.03, reach=1.0, stiffness=0.8, limp=0.2),
+    "depressed": Style(speed=0.62, stride=0.86, clearance=0.6, roll=0.6, sway=1.1, twist=0.5, arm_swing=0.25, lean=8.0, slump=26.0, head=38.0, arm_forward=4.0,
+                       elbow=-8.0, crouch=1.5, stance=0.03),
+    "injured": Style(speed=0.6, stride=0.84, roll=0.8, width=1.1, sway=1.4, arm_swing=0.6, lean=9.0, head=8.0, arm_out=7.0, elbow=16.0, limp=1.0),
+    "proud": Style(speed=1.05, stride=1.08, roll=1.2, twist=1.2, arm_swing=1.35, lean=-5.0, slump=-12.0, head=-10.0, arm_out=8.0, bounce=1.0),
+    "childlike": Style(speed=1.05, stride=0.82, clearance=1.9, sway=1.3, twist=1.6, arm_swing=1.7, head=-6.0, arm_out=16.0, elbow=10.0, bounce=2.2),
+    "angry": Style(speed=1.25, stride=1.0, width=1.2, twist=1.4, arm_swing=1.35, lean=12.0, head=10.0, arm_out=9.0, elbow=38.0, sharpness=0.8),
+}
+
+
+def blend(style_a, style_b, alpha):
+    r"""Every parameter `(1 - alpha) a + alpha b`; alpha 0 gives a, 1 gives b, a little beyond exaggerates.   ->  Style"""
+    return Style(**{f.name: (1.0 - alpha) * getattr(style_a, f.name) + alpha * getattr(style_b, f.name) for f in fields(Style)})
+
+
+@dataclass(frozen=True)
+class Person:
+    """A body and its habits. scale : of all lengths;  stride, cadence, arm_swing, width, sway : factors;  lean, head, toe_out, arm_out, elbow : degrees added."""
+
+    scale: float = 1.0
+    stride: float = 1.0
+    cadence: float = 1.0
+    arm_swing: float = 1.0
+    width: float = 1.0
+    sway: float = 1.0
+    lean: float = 0.0
+    head: float = 0.0
+    toe_out: float = 0.0
+    arm_out: float = 0.0
+    elbow: float = 0.0
+
+
+def person(seed):
+    """Somebody, always the same for the same seed.   int  ->  Person"""
+    rng = np.random.default_rng([21, seed])
+    spread = dict(scale=0.05, stride=0.05, cadence=0.05, arm_swing=0.2, width=0.12, sway=0.2, lean=1.5, head=3.0, toe_out=2.0, arm_out=2.0, elbow=5.0)
+    return Person(**{f.name: f.default + spread[f.name] * rng.uniform(-1.0, 1.0) for f in fields(Person)})
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A clip and the truth about it.   contacts : (T, 4) bool in the order of joints.FEET;  phase : (T,) in [0, 1), 0 when the left foot lands."""
+
+    name: str
+    content: str
+    style: str
+    clip: Clip = field(repr=False)
+    contacts: np.ndarray = field(repr=False)
+    phase: np.ndarray = field(repr=False)
+
+
+def skeleton_joints(person=Person()):
+    """The 21 joints of joints.SLOTS, standing in a T-pose, in a person's size.   ->  tuple of bvh.Joint, depth first in the order of SLOTS"""
+    turn = ("Zrotation", "Xrotation", "Yrotation")
+    sized = {name: tuple(person.scale * x for x in offset) for name, offset in OFFSETS.items()}
+    ends = {name: tuple(person.scale * x for x in offset) for name, offset in END_SITES.items()}
+    return tuple(Joint(name, int(parent), sized[name], turn if parent >= 0 else ("Xposition", "Yposition", "Zposition") + turn, ends.get(name))
+                 for name, parent in zip(SLOTS, PARENTS))
+
+
+def make_clip(content="walk", style="normal", person=Person(), seconds=4.0, seed=0, speed=None, turn=None):
+    r"""A clip of somebody who walks or jogs somewhere.
+
+    content : a name in CONTENTS;  style : a name in STYLES or a Style;  seconds : length, at least one frame;
+    seed : the phase at the start and the small irregularities;  speed : cm/s and turn : radians/s (positive: left) instead of the content's own.
+    ->  Motion of round(60 seconds) frames.   Raises ValueError for a content, style, length or speed that cannot be.
+    """
+    gait, usual_turn, style_name, style = _resolve(content, style, seconds)
+    frames = round(FPS * seconds)
+    rng = np.random.default_rng([seed, 4])
+    gait, cadence = _styled(gait, style, person, speed)
+    turn = usual_turn if turn is None else float(turn)
+    path, start = _path(rng, frames, gait.speed, turn, cadence)
+    phase, position, yaw = path.phase[start:start + frames], path.position[start:start + frames], path.yaw[start:start + frames]
+    feet, centre = _feet(phase, path, gait, style)
+    noise = _irregularity(rng, np.arange(frames) / FPS, style.tremor)
+    wave = _waves(phase, centre, style.sharpness)
+    bank = np.degrees(np.arctan(gait.speed * FPS * np.gradient(yaw) / 981.0)) if frames > 1 else np.zeros(1)
+
+    rotations = np.empty((frames, len(SLOTS), 3, 3))
+    _trunk(rotations, yaw, gait, style, wave, bank, noise)
+    _arms(rotations, gait, style, wave, noise)
+    hips = position + (gait.sway * wave["side"] + 1.5 * style.limp)[:, None] * legs.left_of(yaw)
+    knees = _legs(rotations, hips, feet, wave, gait, style)
+
+    angles = rotation.matrix_to_euler(rotations, "ZXY")
+    for joint, knee in knees.items():
+        angles[:, joint] = np.stack([np.zeros(frames), knee, np.zeros(frames)], axis=-1)
+    angles = np.degrees(np.unwrap(angles, axis=0)).reshape(frames, -1)
+    clip = Clip(skeleton_joints(person), 1.0 / FPS, np.concatenate([person.scale * hips, angles], axis=1))
+    contacts = np.stack([feet[0].heel, feet[0].toe, feet[1].heel, feet[1].toe], axis=1)
+    return Motion(f"{content}_{style_name}", content, style_name, clip, contacts, phase % 1.0)
+
+
+def make_database(seconds_per_clip=8.0, people=2, styles=tuple(STYLES), contents=("walk", "jog", "turn-left", "turn-right"), seed=0):
+    """Every content in every style by person(0) .. person(people - 1); names are content_style_number.   ->  list of Motion, always the same"""
+    motions = []
+    for number in range(people):
+        for style in styles:
+            for content in contents:
+                made = make_clip(content, style, person(number), seconds_per_clip, seed=1000 * seed + len(motions))
+                motions.append(replace(made, name=f"{made.name}_{number:03d}"))
+    return motions
+
+
+def _resolve(content, style, seconds):
+    """The gait, its turn, the style's name and numbers; or a ValueError that says what there is."""
+    if content not in CONTENTS:
+        raise ValueError(f"content: found {content!r}, needed one of {', '.join(CONTENTS)}")
+    if not isinstance(style, Style) and style not in STYLES:
+        raise ValueError(f"style: found {style!r}, needed a Style or one of {', '.join(STYLES)}")
+    if not (np.isfinite(seconds) and round(FPS * seconds) >= 1):
+        raise ValueError(f"seconds: found {seconds}, needed at least one frame, 1/{FPS}")
+    name = "custom" if isinstance(style, Style) else style
+    return *CONTENTS[content], name, style if isinstance(style, Style) else STYLES[style]
+
+
+def _styled(gait, style, person, speed):
+    """The gait with a style's and a person's numbers in it, for a body of average size.   ->  Gait, cadence in cycles a second
+
+    The stride grows with the square root of the speed, and so does the cadence.
+    """
+    if speed is None:
+        speed = gait.speed * style.speed * person.stride * person.cadence
+    elif gait.slowest <= speed / person.scale <= gait.fastest:
+        speed = speed / person.scale
+    else:
+        raise ValueError(f"speed: found {speed} cm/s, needed {gait.slowest * person.scale:.0f} to {gait.fastest * person.scale:.0f} "
+                         "for this content and person")
+    own = gait.stride * style.stride * np.sqrt(person.stride / person.cadence)
+    stride = own * np.sqrt(speed / gait.speed) if gait.speed else 0.0
+    bounce = gait.bounce + np.sign(gait.bounce) * style.bounce
+    styled = replace(
+        gait, speed=speed, stride=stride, stance=min(gait.stance + style.stance, gait.longest), bounce=bounce,
+        strike=gait.strike * style.roll, push=gait.push * style.roll, clearance=gait.clearance * style.clearance,
+        width=gait.width * style.width * person.width, height=gait.height - style.crouch - abs(style.bounce), sway=gait.sway * style.sway * person.sway,
+        lean=gait.lean + style.lean + person.lean, elbow=gait.elbow + style.elbow + person.elbow,
+        arm_swing=gait.arm_swing * style.arm_swing * person.arm_swing, twist=gait.twist * style.twist)
+    return styled, speed / stride if stride else 0.25
+
+
+def _slow(rng, time, low=0.1, high=0.5):
+    """A smooth irregular curve of deviation about 1 with frequencies from low to high, in hertz.   (T,)  ->  (T,)"""
+    frequency, shift = rng.uniform(low, high, 3), rng.uniform(0.0, 1.0, 3)
+    return np.sqrt(2.0 / 3.0) * np.sin(2 * np.pi * (np.multiply.outer(time, frequency) + shift)).sum(axis=-1)
+
+
+def _path(rng, frames, speed, turn, cadence):
+    """The way over the floor, three cycles longer than the clip at both ends; the turn sets in within the first 0.8 s.   ->  Path, first frame"""
+    start = int(np.ceil(3.0 / cadence * FPS))
+    time = (np.arange(frames + 2 * start) - start) / FPS
+    wander = (0.03 if speed else 0.0) * _slow(rng, time)
+    rate = turn * legs.ease(time / 0.8)
+    yaw = np.cumsum(rate) / FPS + wander
+    yaw = yaw - yaw[start]
+    position = np.cumsum(speed / FPS * legs.forward_of(yaw), axis=0)
+    phase = rng.uniform() + cadence * time + 0.008 * _slow(rng, time)
+    return legs.Path(phase, position - position[start], yaw), start
+
+
+def _irregularity(rng, time, tremor):
+    """Nobody is periodic: slow drifts and a tremor, in degrees.   ->  dict of (T,)"""
+    names = {"lean": 0.6, "tilt": 0.6, "look": 3.0, "nod": 1.5, "LeftArm": 1.5, "RightArm": 1.5, "LeftElbow": 2.0, "RightElbow": 2.0}
+    return {name: size * _slow(rng, time) + tremor * _slow(rng, time, 3.0, 6.0) for name, size in names.items()}
+
+
+def _waves(phase, centre, sharpness):
+    r"""The cosines that drive the body, each sharpened to `tanh(k cos) / tanh(k)`.   (T,)  ->  dict of (T,)
+
+    step : +1 when the left foot lands;  side : +1 in the middle of the left foot's stance;  arm : step, a little later.
+    """
+    k = 0.05 + 2.0 * max(sharpness, 0.0)
+    return {name: np.tanh(k * np.cos(2 * np.pi * (phase - shift))) / np.tanh(k)
+            for name, shift in (("step", 0.0), ("side", centre), ("arm", 0.03))} | {"twice": np.cos(4 * np.pi * (phase - centre))}
+
+
+def _feet(phase, path, gait, style):
+    """Both feet, left first, and the phase in the middle of the left foot's stance.   ->  [FootPlan, FootPlan], float"""
+    feet, middles = [], []
+    for side, start, weak in ((1, 0.0, 0.0), (-1, 0.5 + 0.05 * style.limp, style.limp)):
+        stance = gait.stance
+        if stance < 1.0:
+            stance = float(np.clip(stance + 0.06 * style.limp - 0.18 * weak, 0.15, gait.longest))
+        stiff = 1.0 - (1.0 - style.stiffness) * (1.0 - 0.8 * weak)
+        feet.append(legs.plan_foot(
+            phase, path, side, start, stance, gait, width=gait.width, ahead=0.12 * (gait.lean + 0.5 * style.slump) + 0.05 * weak * gait.stride,
+            toe_out=np.radians(style.toe_out), strike=np.radians(gait.strike), push=np.radians(gait.push) * (1.0 - 0.5 * stiff),
+            clearance=gait.clearance * (1.0 - 0.5 * stiff), around=7.0 * stiff))
+        middles.append(start + 0.5 * stance)
+    return feet, 0.5 * (middles[0] + middles[1] - 0.5)
+
+
+def _turned(yaw=0.0, pitch=0.0, roll=0.0):
+    """Degrees (T,): yaw to the left, then pitch forward, then roll that raises the left side.   ->  (T, 3, 3)"""
+    return (rotation.axis_rotation("Y", np.radians(yaw)) @ rotation.axis_rotation("X", np.radians(pitch))
+            @ rotation.axis_rotation("Z", np.radians(roll)))
+
+
+def _trunk(rotations, yaw, gait, style, wave, bank, noise):
+    """Fill in Hips to Head: the pelvis follows the legs, the shoulders turn against it, the head looks ahead."""
+    hurt = style.limp * (0.5 - 0.5 * wave["side"])           # 1 in the middle of the weak leg's stance
+    lean = gait.lean + noise["lean"] + 7.0 * hurt
+    side = style.tilt + bank + noise["tilt"] + style.limp * (3.0 + 6.0 * wave["side"])
+    roll = 0.4 * gait.twist * wave["side"] - 5.0 * style.limp * (1.0 - wave["side"]) * 0.5
+    twist, shoulders = -gait.twist * wave["step"], 0.9 * gait.twist * wave["step"]
+    pitch = lean + 0.8 * style.slump                         # of the chest, in the world
+    neck = 0.45 * pitch + 0.3 * style.slump + 0.6 * style.head
+    rotations[:, SLOT["Hips"]] = _turned(np.degrees(yaw) + twist, 0.3 * lean, roll)
+    for name, part in (("Spine", 0.3), ("Chest", 0.5)):
+        rotations[:, SLOT[name]] = _turned(0.5 * (shoulders - twist), 0.35 * lean + part * style.slump, -0.5 * (roll + side))
+    rotations[:, SLOT["Neck"]] = _turned(0.5 * (noise["look"] - shoulders), neck - pitch + noise["nod"], 0.3 * side)
+    rotations[:, SLOT["Head"]] = _turned(0.5 * (noise["look"] - shoulders), 0.1 * pitch + style.head - neck, 0.3 * side)
+
+
+def _arms(rotations, gait, style, wave, noise):
+    """Fill in both arms. They hang from the chest, swing against the legs, and `reach` lifts them to the front.
+
+    In the T-pose the left arm lies along +x: Rz(-90) hangs it down, then Ry(-a) swings it forward by a, Rx turns the elbow inwards.
+    """
+    reach = style.reach
+    hang = 0.85 * (gait.lean + 0.8 * style.slump)
+    for side, name in ((1, "Left"), (-1, "Right")):
+        swing = -side * gait.arm_swing * wave["arm"]
+        forward = (1.0 - reach) * (2.0 + hang + style.arm_forward + swing) + reach * (84.0 + 0.7 * hang + 0.3 * swing) + noise[name + "Arm"]
+        elbow = (1.0 - reach) * (gait.elbow + 0.4 * (swing + gait.arm_swing)) + 10.0 * reach + noise[name + "Elbow"]
+        out = 7.0 + style.arm_out
+        inwards = (1.0 - reach) * (8.0 + 0.25 * gait.elbow)
+        rotations[:, SLOT[name + "Arm"]] = (_turned(roll=-side * (90.0 - out)) @ _turned(yaw=-side * forward) @ _turned(pitch=inwards))
+        rotations[:, SLOT[name + "ForeArm"]] = _turned(yaw=-side * np.maximum(elbow, 2.0))
+        rotations[:, SLOT[name + "Hand"]] = _turned(yaw=-side * (8.0 - 30.0 * reach))
+        rotations[:, SLOT[name + "Finger"]] = _turned(yaw=-side * 15.0)
+
+
+def _legs(rotations, hips, feet, wave, gait, style):
+    """Fill in both legs and the height of `hips`.   ->  {joint: knee angle (T,)}, which may pass 90 degrees, where a matrix forgets the angles"""
+    pelvis = rotations[:, SLOT["Hips"]]
+    sockets = [(pelvis @ np.array(OFFSETS[side + "UpLeg"])[:, None])[..., 0] for side in ("Left", "Right")]
+    wanted = gait.height + gait.bounce * wave["twice"] - 2.5 * style.limp * (0.5 - 0.5 * wave["side"])
+    hips[:, 1] = legs.hip_height(wanted, hips, sockets, feet, relax=4.0 if gait.bounce >= 0 else 25.0)
+    pelvis_yaw = np.unwrap(np.arctan2(pelvis[:, 0, 2], pelvis[:, 2, 2]))
+    knees = {}
+    for side, socket, foot in zip(("Left", "Right"), sockets, feet):
+        socket = hips + socket
+        ankle = legs.within_reach(socket, foot)
+        facing = pelvis_yaw + 0.5 * _nearest_turn(foot.yaw - pelvis_yaw)
+        thigh, shin, knee = legs.bend_leg(socket, ankle, legs.forward_of(facing))
+        sole = rotation.yaw_rotation(foot.yaw) @ rotation.axis_rotation("X", foot.pitch)
+        rotations[:, SLOT[side + "UpLeg"]] = pelvis.swapaxes(-1, -2) @ thigh
+        rotations[:, SLOT[side + "Leg"]] = rotation.axis_rotation("X", knee)
+        rotations[:, SLOT[side + "Foot"]] = shin.swapaxes(-1, -2) @ sole
+        rotations[:, SLOT[side + "Toe"]] = rotation.axis_rotation("X", foot.bend)
+        knees[SLOT[side + "Leg"]] = knee
+    return knees
+
+
+def _nearest_turn(angle):
+    """The same angle within half a turn of zero, radians."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi

@@ -1,0 +1,23 @@
+"""What all tests share: the real clips where REFIMPL_MOCAP names their folder, and hypothesis without deadlines."""
+
+import os
+from pathlib import Path
+
+import hypothesis
+import pytest
+
+hypothesis.settings.register_profile("refimpl", deadline=None, derandomize=True, max_examples=40,
+                                     suppress_health_check=[hypothesis.HealthCheck.too_slow])
+hypothesis.settings.load_profile("refimpl")
+
+
+@pytest.fixture(scope="session")
+def mocap():
+    """The folder of real clips. Without it these tests are skipped, or fail when REFIMPL_REQUIRE_MOCAP is set (as CI does)."""
+    folder = os.environ.get("REFIMPL_MOCAP")
+    if not folder or not Path(folder).is_dir():
+        message = f"REFIMPL_MOCAP={folder!r} names no folder of real clips"
+        if os.environ.get("REFIMPL_REQUIRE_MOCAP"):
+            pytest.fail(message)
+        pytest.skip(message)
+    return Path(folder)

@@ -1,0 +1,107 @@
+"""Equation 10 as a whole, through T and the loss network, by finite differences; and training that learns."""
+
+import numpy as np
+import pytest
+
+from refimpl import nn
+from refimpl.holden2017 import networks, total, train
+from refimpl.holden2017.lesson import Lesson, LessonError, pair_contents
+from refimpl.holden2017.total import Target, Weights
+from refimpl.motion.joints import BONES
+
+
+def problem(seed=3, frames=8, hidden=6):
+    """A small but complete case: T, the loss network, a target with every term, all in float64."""
+    rng = np.random.default_rng(seed)
+    T = networks.init_transformation_network(rng, channels=4, width=3, dtype=float)
+    L = networks.init_loss_network(rng, hidden=hidden, width=5, dtype=float)
+    I = rng.normal(size=(2, 66, frames))
+    mean, deviation = rng.normal(size=66) * 3, rng.uniform(0.5, 4, 66)
+    gram = np.stack([g @ g.T for g in rng.normal(size=(2, hidden, hidden))])
+    target = Target(networks.encode(I, L), gram, (rng.random((2, 4, frames)) < 0.6).astype(float), rng.uniform(1, 4, len(BONES)),
+                    rng.normal(size=(2, 3, frames)), rng.normal(size=(2, 4, 3, frames - 1)))
+    weights = Weights(content=1.3, style=0.4, foot=0.02, bone=0.03, trajectory=0.05, turn=7.0)
+    return T, I, target, L, mean, deviation, weights
+
+
+def test_gradient_of_the_whole_loss_through_the_output():
+    _, I, target, L, mean, deviation, weights = problem()
+    nn.check_gradient(lambda O: sum(total.motion_losses(O, target, L, mean, deviation, weights).values()),
+                      lambda d, O: total.motion_losses_backward(d, O, target, L, mean, deviation, weights), I * 0.9)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_gradient_of_the_whole_loss_through_T(seed):
+    T, *rest = problem(seed)
+    names = tuple(T)
+
+    def f(*arrays):
+        return np.asarray(total.total_loss(dict(zip(names, arrays)), *rest)[0])
+
+    def backward(d, *arrays):
+        gradients = total.total_loss_backward(float(d), dict(zip(names, arrays)), *rest)
+        return tuple(gradients[name] for name in names)
+
+    nn.check_gradient(f, backward, *T.values(), names=names, seed=seed)
+
+
+def test_weights_follow_the_unit():
+    cm, metres = Weights().for_leg(80.0), Weights().for_leg(0.8)
+    assert cm == Weights()
+    np.testing.assert_allclose(metres.bone, 1e4 * cm.bone)       # squared metres are 1e-4 of squared centimetres
+    np.testing.assert_allclose(metres.turn * metres.trajectory, cm.turn * cm.trajectory)
+
+
+def test_every_term_counts():
+    T, I, target, L, mean, deviation, weights = problem()
+    terms = total.total_loss(T, I, target, L, mean, deviation, weights)[1]
+    assert tuple(terms) == total.TERMS and all(value > 0 for value in terms.values())
+
+
+def lesson_and_manifold():
+    from refimpl.holden2017.model import Manifold
+    from refimpl.motion.prepare import Normaliser
+    _, I, target, L, mean, deviation, _ = problem()
+    lesson = Lesson(I, target.contacts, target.trajectory, {"walk": target.gram[0]}, ("walk", "walk"), target.bones)
+    return lesson, Manifold(L, Normaliser(mean, deviation, "made up"), 80.0, target.bones)
+
+
+def test_training_lowers_the_loss_and_repeats_to_the_last_bit():
+    lesson, manifold = lesson_and_manifold()
+    settings = dict(epochs=40, channels=4, width=3, seed=5)
+    runs = [list(train.train_style(lesson, manifold, **settings)) for _ in range(2)]
+    first, last = runs[0][0][0], runs[0][-1][0]
+    assert last.losses["loss"] < 0.8 * first.losses["loss"] and last.epoch == 40
+    for name, value in runs[0][-1][1].params.items():
+        np.testing.assert_array_equal(value, runs[1][-1][1].params[name])
+
+
+def test_training_goes_on_where_it_stopped():
+    lesson, manifold = lesson_and_manifold()
+    settings = dict(epochs=6, channels=4, width=3)
+    *_, (_, whole) = train.train_style(lesson, manifold, **settings)
+    states = [state for _, state in train.train_style(lesson, manifold, **{**settings, "epochs": 3})]
+    *_, (_, resumed) = train.train_style(lesson, manifold, state=states[-1], **settings)
+    for name in whole.params:
+        np.testing.assert_array_equal(whole.params[name], resumed.params[name])
+
+
+def test_autoencoder_learns_a_simple_motion():
+    t = np.arange(48)
+    X = np.stack([np.sin(0.3 * t + phase)[None] * np.linspace(-1, 1, 66)[:, None] for phase in range(8)])
+    records = [record for record, _ in train.train_autoencoder(X, epochs=30, hidden=16, width=5, dropout=0.0, batch=4, rate=3e-3)]
+    assert records[-1].losses["loss"] < 0.2 * records[0].losses["loss"]
+
+
+def test_non_finite_training_stops_and_names_the_batch():
+    lesson, manifold = lesson_and_manifold()
+    lesson.X[1, 0, 0] = np.nan
+    with pytest.raises(train.TrainingError, match="epoch 1, batch 1 of 1"), np.errstate(all="ignore"):
+        next(train.train_style(lesson, manifold, epochs=1, channels=4, width=3))
+
+
+def test_contents_are_paired_by_name_then_by_its_beginning():
+    assert pair_contents(["walk", "walk-turn-left", "run"], {"walk": 1, "run": 1}) == {"run": "run", "walk": "walk", "walk-turn-left": "walk"}
+    assert pair_contents(["walk-turn-left"], {"walk": 1, "walk-turn-left": 1}) == {"walk-turn-left": "walk-turn-left"}
+    with pytest.raises(LessonError, match="'jump'"):
+        pair_contents(["jump"], {"walk": 1})

@@ -1,0 +1,126 @@
+"""The 66 numbers and back, and what they must not depend on."""
+
+from hypothesis import given, strategies as st
+import numpy as np
+import pytest
+
+from refimpl.motion import features as F
+from refimpl.motion import prepare, rotation
+from refimpl.motion.joints import FEET, SLOT
+
+
+def random_motion(rng, frames=60):
+    """A smooth wandering cloud of 21 points that looks enough like a body: hips apart, shoulders apart, legs of some length."""
+    rest = rng.normal(size=(21, 3)) * 10 + [0, 90, 0]
+    for name, x, y in (("LeftUpLeg", 10, 90), ("RightUpLeg", -10, 90), ("LeftArm", 20, 140), ("RightArm", -20, 140),
+                       ("LeftLeg", 10, 50), ("RightLeg", -10, 50), ("LeftFoot", 10, 12), ("RightFoot", -10, 12)):
+        rest[SLOT[name]] = [x, y, 0]
+    t = np.arange(frames)[:, None, None]
+    wobble = np.sin(t * rng.uniform(0.02, 0.2, (21, 3)) + rng.uniform(0, 6, (21, 3)))
+    yaw = np.cumsum(rng.normal(0, 0.02, frames))
+    path = np.cumsum(rng.normal(0, 1, (frames, 1, 3)) * [1, 0, 1], axis=0)
+    return (rest + wobble) @ rotation.yaw_rotation(yaw).swapaxes(1, 2) + path
+
+
+@given(st.integers(0, 10_000), st.integers(1, 80))
+def test_round_trip(seed, frames):
+    motion = random_motion(np.random.default_rng(seed), frames)
+    x, start = F.encode(motion)
+    np.testing.assert_allclose(F.decode(x, start), motion, atol=1e-9 * 80)
+
+
+@given(st.integers(0, 10_000), st.floats(-3, 3), st.floats(-500, 500), st.floats(-500, 500), st.floats(-50, 50))
+def test_features_do_not_depend_on_where_and_which_way_it_starts(seed, yaw, dx, dz, dy):
+    motion = random_motion(np.random.default_rng(seed))
+    moved = motion @ rotation.yaw_rotation(yaw).T + [dx, dy, dz]
+    np.testing.assert_allclose(F.encode(moved)[0], F.encode(motion)[0], atol=1e-9)
+
+
+@given(st.integers(0, 10_000), st.floats(0.01, 100))
+def test_features_scale_with_the_unit(seed, factor):
+    motion = random_motion(np.random.default_rng(seed))
+    np.testing.assert_allclose(F.encode(motion * factor)[0], F.scale(F.encode(motion)[0], factor), rtol=1e-7, atol=1e-9 * factor)
+
+
+def test_walking_forward_and_turning_left_have_positive_numbers():
+    motion = random_motion(np.random.default_rng(1), 100)
+    still = np.broadcast_to(motion[:1], motion.shape)
+    forward = np.arange(100)[:, None, None] * np.array([0, 0, 2.0])
+    x, start = F.encode(still @ rotation.yaw_rotation(-F.encode(still)[1].yaw).T + forward)
+    np.testing.assert_allclose(x[30:70, F.FORWARD], 2.0, atol=1e-9)
+    np.testing.assert_allclose(x[30:70, F.SIDEWAYS], 0.0, atol=1e-9)
+    turning = np.broadcast_to(motion[:1], (400, 21, 3)) @ rotation.yaw_rotation(0.01 * np.arange(400)).swapaxes(1, 2)
+    np.testing.assert_allclose(F.encode(turning)[0][100:300, F.TURN], 0.01, atol=1e-6)
+
+
+def test_last_row_repeats_the_velocities_and_one_frame_stands_still():
+    x, _ = F.encode(random_motion(np.random.default_rng(2)))
+    np.testing.assert_array_equal(x[-1, F.VELOCITIES], x[-2, F.VELOCITIES])
+    one, start = F.encode(random_motion(np.random.default_rng(2), 1))
+    assert one.shape == (1, 66) and not one[0, F.VELOCITIES].any()
+
+
+@pytest.mark.parametrize("bad, words", [(np.zeros((3, 20, 3)), "needed \\(frames, 21, 3\\)"), (np.zeros((0, 21, 3)), "at least one"),
+                                        (np.full((2, 21, 3), np.nan), "frame 0")])
+def test_bad_positions_are_refused(bad, words):
+    with pytest.raises(ValueError, match=words):
+        F.encode(bad)
+
+
+def test_bad_features_are_refused():
+    with pytest.raises(ValueError, match="needed \\(frames, 66\\)"):
+        F.decode(np.zeros((3, 65)))
+
+
+def test_floor_is_the_resting_height_of_the_lowest_foot():
+    motion = np.broadcast_to(random_motion(np.random.default_rng(3), 1), (200, 21, 3)).copy()
+    motion[:, FEET, 1] = np.array([12.0, 4.25, 12, 4.25])
+    motion[50, FEET[1], 1] = 3.5                                 # one frame below: a stumble of the capture
+    assert abs(F.floor_height(motion) - 4.25) < 0.03
+
+
+def test_contacts_need_slowness_and_lowness():
+    motion = np.broadcast_to(random_motion(np.random.default_rng(3), 1), (10, 21, 3)).copy()
+    motion[:, FEET, 1] = np.array([11.0, 4.0, 11, 4.0])
+    assert prepare.foot_contacts(motion).all()
+    fast = motion.copy()
+    fast[:, FEET[0], 0] += np.arange(10) * 5.0
+    assert not prepare.foot_contacts(fast)[:, 0].any() and prepare.foot_contacts(fast)[:, 1:].all()
+    high = motion.copy()
+    high[:, FEET[3], 1] += 8.0
+    assert not prepare.foot_contacts(high)[:, 3].any()
+    for unit in (0.01, 5.4, 100):                                # the thresholds scale with the character
+        np.testing.assert_array_equal(prepare.foot_contacts(fast * unit), prepare.foot_contacts(fast))
+
+
+def test_windows_of_a_long_clip_cover_it():
+    x, contacts = np.arange(500 * 66.0).reshape(500, 66), np.zeros((500, 4), bool)
+    cut, planted = prepare.windows(x, contacts)
+    assert cut.shape == (4, 240, 66) and planted.shape == (4, 240, 4)
+    np.testing.assert_array_equal(cut[1], x[120:360])
+    np.testing.assert_array_equal(cut[-1], x[260:])
+    assert len(prepare.windows(x[:480], contacts[:480])[0]) == 3
+
+
+def test_a_short_clip_is_padded_standing_still():
+    x, contacts = random_motion(np.random.default_rng(4), 100), np.ones((100, 4), bool)
+    x = F.encode(x)[0]
+    cut, planted = prepare.windows(x, contacts)
+    assert cut.shape == (1, 240, 66) and planted.all()
+    np.testing.assert_array_equal(cut[0, 70:169], x[:99])
+    assert not cut[0, :70, F.VELOCITIES].any() and not cut[0, 169:, F.VELOCITIES].any()
+    positions = F.decode(cut[0])
+    np.testing.assert_allclose(np.diff(positions[:71], axis=0), 0, atol=1e-12)
+    np.testing.assert_allclose(np.diff(positions[169:], axis=0), 0, atol=1e-12)
+
+
+def test_normaliser():
+    rng = np.random.default_rng(5)
+    x = rng.normal(3, 7, (1000, 66))
+    n = prepare.fit_normaliser(x, "made up")
+    assert n.source == "made up" and len(np.unique(n.deviation)) == 3
+    assert not n.mean[F.VELOCITIES].any()
+    np.testing.assert_allclose(n.undo(n.apply(x)), x, atol=1e-12)
+    assert n.apply(x.astype(np.float32)).dtype == np.float32
+    still = np.zeros((10, 66))
+    assert (prepare.fit_normaliser(still, "still").deviation > 0).all()
