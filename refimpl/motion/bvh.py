@@ -298,24 +298,29 @@ def _hierarchy_lines(joints):
 
     def close():
         joint = joints[open_joints[-1]]
-        tab = "\t" * len(open_joints)
+        tab = _indent(open_joints)
         if joint.end_site is not None:
             lines.extend([f"{tab}End Site", tab + "{", f"{tab}\tOFFSET {_row(joint.end_site)}", tab + "}"])
         open_joints.pop()
-        lines.append("\t" * len(open_joints) + "}")
+        lines.append(_indent(open_joints) + "}")
 
     for index, joint in enumerate(joints):
         while open_joints and open_joints[-1] != joint.parent:
             close()
         if (joint.parent == -1) != (index == 0) or (index and not open_joints):
             raise BVHError(f"joint {joint.name!r}: found parent {joint.parent}, needed joints in depth-first order below one root")
-        tab = "\t" * len(open_joints)
+        tab = _indent(open_joints)
         lines.extend([f"{tab}{'JOINT' if open_joints else 'ROOT'} {joint.name}", tab + "{", f"{tab}\tOFFSET {_row(joint.offset)}"])
         lines.append(f"{tab}\tCHANNELS {' '.join([str(len(joint.channels)), *joint.channels])}")
         open_joints.append(index)
     while open_joints:
         close()
     return lines
+
+
+def _indent(open_joints):
+    """Tabs to show the depth; no more than 40, or a chain of n joints would take n^2 of them."""
+    return "\t" * min(len(open_joints), 40)
 
 
 def _row(numbers):

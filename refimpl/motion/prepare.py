@@ -87,7 +87,7 @@ def fit_normaliser(features, source):
     mean, deviation = features.mean(axis=0), features.std(axis=0)
     mean[VELOCITIES] = 0.0
     for group in (POSITIONS, TRANSLATION, slice(TURN, TURN + 1)):
-        common = float(deviation[group].mean())
+        common = float(np.sqrt(np.mean(deviation[group] ** 2)))
         if not common > 0:
             common = float(deviation.max()) or 1.0       # data that never turns (or never moves) has no deviation of its own
         deviation[group] = common

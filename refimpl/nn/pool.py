@@ -1,0 +1,172 @@
+r"""Pooling over time: the largest or the mean of each window, and the ways back up.
+
+Window t holds the positions `t stride + k dilation - padding`, k = 0 .. width - 1, of the input.
+"""
+
+import numpy as np
+
+from .arguments import check_arrays, check_shape, check_whole
+
+
+def max_pool1d(x, width=2, *, stride=None, padding=0, dilation=1, ceil_mode=False):
+    r"""The largest element of each window (Holden 2017, Psi of eq. 1: width 2).
+
+        y[n, c, t] = max_k x[n, c, t stride + k dilation - padding]
+
+    x : (N, C, T)  ->  (N, C, T_out). stride : the width unless given. A NaN in a window is its largest element. Padding counts as -inf.
+    With ceil_mode a last, incomplete window counts, if it begins inside the input or the left padding.
+    """
+    return _take(x, max_pool1d_indices(x, width, stride=stride, padding=padding, dilation=dilation, ceil_mode=ceil_mode))
+
+
+def max_pool1d_backward(dy, x, width=2, *, stride=None, padding=0, dilation=1, ceil_mode=False):
+    r"""All of a window's gradient goes to its first largest element (the tie rule); windows that overlap add up.
+
+        dx[n, c, s] = sum over windows t whose first largest element is s of dy[n, c, t]
+
+    dy : (N, C, T_out), x : (N, C, T)  ->  (N, C, T)
+    """
+    indices = max_pool1d_indices(x, width, stride=stride, padding=padding, dilation=dilation, ceil_mode=ceil_mode)
+    check_arrays(x=x, dy=dy, analytic=False)
+    check_shape("dy", dy, indices.shape, ", the shape of the output")
+    return _put(dy, indices, x.shape[2])
+
+
+def max_pool1d_indices(x, width=2, *, stride=None, padding=0, dilation=1, ceil_mode=False):
+    """Where in the input each window's first largest element stands; -1 for a window that holds padding alone (dilation can make one).
+
+    x : (N, C, T)  ->  (N, C, T_out) of int64
+    """
+    check_arrays(x=x, ndim={"x": 3}, analytic=False)
+    positions = _windows(x.shape[2], width, stride, padding, dilation, ceil_mode)                # (T_out, width)
+    if np.array_equal(positions.ravel(), np.arange(positions.size)) and positions.size <= x.shape[2]:
+        side_by_side = x[:, :, :positions.size].reshape(x.shape[:2] + positions.shape)            # the plain case: windows cut x in pieces
+        return np.argmax(side_by_side, axis=-1) + positions[:, 0]
+    inside = (positions >= 0) & (positions < x.shape[2])
+    candidates = np.where(inside, x[:, :, np.clip(positions, 0, x.shape[2] - 1)], -np.inf)     # (N, C, T_out, width)
+    k = np.argmax(candidates, axis=-1)                           # the first largest; NaN counts as largest
+    t = np.arange(len(positions))
+    k = np.where(inside[t, k], k, np.argmax(inside, axis=-1))    # a window of -inf alone: its first real element, not the padding
+    return np.where(inside.any(axis=-1), positions[t, k], -1)
+
+
+def max_unpool1d(h, indices, length):
+    r"""Put each value where `max_pool1d_indices` found it, zeros elsewhere. Where two windows chose one position the last value stands.
+
+    h, indices : (N, C, T)  ->  (N, C, length)
+    """
+    _check_unpool(h, indices, length)
+    x = np.zeros(h.shape[:2] + (length,), h.dtype)
+    np.put_along_axis(x, indices, h, axis=2)
+    return x
+
+
+def max_unpool1d_backward(dx, h, indices, length):
+    """Every value gets the gradient of its place, but a value that a later one overwrote gets none.   dx : (N, C, length)  ->  (N, C, T)"""
+    _check_unpool(h, indices, length)
+    check_arrays(h=h, dx=dx)
+    check_shape("dx", dx, h.shape[:2] + (length,), ", the shape of the output")
+    writer = np.zeros(h.shape[:2] + (length,), np.int64)
+    order = np.broadcast_to(np.arange(h.shape[2]), h.shape)
+    np.put_along_axis(writer, indices, order, axis=2)
+    stands = np.take_along_axis(writer, indices, axis=2) == order
+    return np.where(stands, np.take_along_axis(dx, indices, axis=2), dx.dtype.type(0))
+
+
+def avg_pool1d(x, width=2, *, stride=None, padding=0, ceil_mode=False, count_include_pad=True):
+    r"""The mean of each window.
+
+        y[n, c, t] = (1 / n_t) sum_k x[n, c, t stride + k - padding]
+
+    n_t : elements of the window inside the input and, with count_include_pad, its padding; what hangs over the end because of
+    ceil_mode never counts.   x : (N, C, T)  ->  (N, C, T_out)
+    """
+    check_arrays(x=x, ndim={"x": 3})
+    positions, share = _shares(x, width, stride, padding, ceil_mode, count_include_pad)
+    return np.sum(x[:, :, np.clip(positions, 0, x.shape[2] - 1)] * share, axis=-1)
+
+
+def avg_pool1d_backward(dy, x, width=2, *, stride=None, padding=0, ceil_mode=False, count_include_pad=True):
+    r"""dx[n, c, s] = sum over windows t that hold s of dy[n, c, t] / n_t.   dy : (N, C, T_out)  ->  (N, C, T)"""
+    check_arrays(x=x, dy=dy, ndim={"x": 3})
+    positions, share = _shares(x, width, stride, padding, ceil_mode, count_include_pad)
+    check_shape("dy", dy, x.shape[:2] + (len(positions),), ", the shape of the output")
+    dx = np.zeros(x.shape, np.result_type(dy, x.real.dtype))
+    for k in range(positions.shape[1]):                          # one window element at a time: positions within k are all different
+        s = np.clip(positions[:, k], 0, x.shape[2] - 1)
+        np.add.at(dx, (slice(None), slice(None), s), dy * share[:, k])
+    return dx
+
+
+def avg_depool1d(h, width=2):
+    r"""Average-depooling (Holden 2017, Psi-dagger of eq. 2): each value `width` times over, divided by width.
+
+        x[n, c, t] = h[n, c, floor(t / width)] / width
+
+    h : (N, C, T)  ->  (N, C, width T)
+    """
+    check_arrays(h=h, ndim={"h": 3})
+    return np.repeat(h / _real(h, check_whole("width", width, 1)), width, axis=2)
+
+
+def avg_depool1d_backward(dx, h, width=2):
+    r"""dh[n, c, t] = (1 / width) sum_k dx[n, c, width t + k].   dx : (N, C, width T)  ->  (N, C, T)"""
+    check_arrays(h=h, dx=dx, ndim={"h": 3})
+    check_whole("width", width, 1)
+    check_shape("dx", dx, h.shape[:2] + (width * h.shape[2],), ", the shape of the output")
+    return dx.reshape(h.shape + (width,)).sum(axis=-1) / _real(dx, width)
+
+
+def _windows(T, width, stride, padding, dilation, ceil_mode):
+    """Positions of every window's elements in the input, some of them outside it.   ->  (T_out, width)"""
+    width, dilation = check_whole("width", width, 1), check_whole("dilation", dilation, 1)
+    stride = width if stride is None else check_whole("stride", stride, 1)
+    if check_whole("padding", padding, 0) > width // 2:
+        raise ValueError(f"padding: found {padding}, needed at most half of width {width}")
+    reach = dilation * (width - 1) + 1
+    free = T + 2 * padding - reach
+    T_out = (-(-free // stride) if ceil_mode else free // stride) + 1
+    if T < 1 or T_out < 1:
+        raise ValueError(f"x: found {T} frames and {padding} of padding on both sides, needed at least {reach} for one window of width "
+                         f"{width} with dilation {dilation}")
+    if ceil_mode and (T_out - 1) * stride >= T + padding:
+        T_out -= 1
+    return np.arange(T_out)[:, None] * stride + np.arange(width) * dilation - padding
+
+
+def _shares(x, width, stride, padding, ceil_mode, count_include_pad):
+    """Positions (T_out, width) and what each counts in its window's mean: 0 outside the input."""
+    T = x.shape[2]
+    positions = _windows(T, width, stride, padding, 1, ceil_mode)
+    inside = (positions >= 0) & (positions < T)
+    counted = positions < T + padding if count_include_pad else inside
+    return positions, (inside / counted.sum(axis=1, keepdims=True)).astype(x.real.dtype)
+
+
+def _take(x, indices):
+    return np.where(indices < 0, x.dtype.type(-np.inf), np.take_along_axis(x, np.maximum(indices, 0), axis=2))
+
+
+def _put(dy, indices, length):
+    """The adjoint of `_take`: add each value up at its place."""
+    N, C, T_out = dy.shape
+    dy, indices = np.where(indices < 0, dy.dtype.type(0), dy), np.maximum(indices, 0)
+    if T_out < 2 or (np.diff(indices, axis=2) > 0).all():        # no place twice: nothing to add up
+        dx = np.zeros((N, C, length), dy.dtype)
+        np.put_along_axis(dx, indices, dy, axis=2)
+        return dx
+    dx = np.zeros((N * C, length), dy.dtype)
+    np.add.at(dx, (np.arange(N * C)[:, None], indices.reshape(N * C, T_out)), dy.reshape(N * C, T_out))
+    return dx.reshape(N, C, length)
+
+
+def _real(like, number):
+    return like.real.dtype.type(number)
+
+
+def _check_unpool(h, indices, length):
+    check_arrays(h=h, ndim={"h": 3})
+    check_whole("length", length, 1)
+    check_shape("indices", indices, h.shape, ", the shape of h")
+    if np.asarray(indices).dtype.kind not in "iu" or (np.size(indices) and not 0 <= np.min(indices) <= np.max(indices) < length):
+        raise ValueError(f"indices: needed whole numbers from 0 to {length - 1}, as max_pool1d_indices gives them")

@@ -1,0 +1,69 @@
+"""Imports point in one direction, and Matplotlib is needed for pictures alone."""
+
+import ast
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+import refimpl
+
+ROOT = Path(refimpl.__file__).parent
+# What each room may import from refimpl, besides itself. Rooms are folders or modules directly below refimpl/.
+MAY_IMPORT = {
+    "storage": set(),
+    "motion": {"storage"},
+    "nn": set(),
+    "holden2017": {"storage", "motion", "nn"},
+    "torresani2006": {"storage", "motion"},
+    "conformance": {"storage", "motion", "nn", "holden2017", "torresani2006"},
+    "plot": {"storage", "motion"},
+    "animate": {"storage", "motion", "plot"},
+    "commands": {"storage", "motion", "nn", "holden2017", "torresani2006", "conformance", "plot", "animate"},
+    "cli": {"commands"},
+    "__main__": {"cli"},
+    "__init__": set(),
+}
+
+
+def imported_rooms(path):
+    """Rooms of refimpl that a file imports, and the names of other packages."""
+    inside, outside = set(), set()
+    depth = len(path.relative_to(ROOT).parts)
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            if node.level == depth:                              # up to refimpl itself
+                inside |= {node.module.split(".")[0]} if node.module else {alias.name for alias in node.names}
+            elif node.level > depth:
+                raise AssertionError(f"{path}: imports from above refimpl")
+        elif isinstance(node, ast.ImportFrom):
+            outside.add(node.module.split(".")[0])
+        elif isinstance(node, ast.Import):
+            outside |= {alias.name.split(".")[0] for alias in node.names}
+    return inside, outside
+
+
+FILES = sorted(ROOT.rglob("*.py"))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_imports_point_downwards(path):
+    room = path.relative_to(ROOT).parts[0].removesuffix(".py")
+    inside, outside = imported_rooms(path)
+    assert inside - {room} <= MAY_IMPORT[room]
+    allowed = set(sys.stdlib_module_names) | {"numpy", "scipy"} | ({"matplotlib"} if room in ("plot", "animate") else set())
+    assert outside <= allowed
+
+
+def test_two_levels_and_short_files():
+    for path in FILES:
+        assert len(path.relative_to(ROOT).parts) <= 2, f"{path}: two levels, never three"
+        assert path.stem not in ("utils", "helpers", "common", "misc")
+        assert len(path.read_text().splitlines()) <= 320, f"{path}: longer than a reader likes"
+
+
+def test_no_matplotlib_without_pictures():
+    code = ("import sys; sys.modules['matplotlib'] = None\n"
+            "import refimpl, refimpl.nn, refimpl.cli, refimpl.motion.take, refimpl.holden2017.train, refimpl.holden2017.transfer")
+    subprocess.run([sys.executable, "-c", code], check=True)
