@@ -84,10 +84,9 @@ def draw_pose(ax, pose, view="three-quarter", *, colour="#0072B2", width=2.4, sh
 
 def move_pose(artists, pose, view="three-quarter", *, colour="#0072B2", width=2.4, shift=(0.0, 0.0)):
     """Draw another pose with the artists that `draw_pose` returned."""
-    flat, near = project(pose, view)
-    flat = flat + np.asarray(shift)
-    side = near[SLOT["LeftUpLeg"]] + near[SLOT["LeftArm"]] - near[SLOT["RightUpLeg"]] - near[SLOT["RightArm"]]
-    far = "Left" if side < 0 else "Right"
+    flat = project(pose, view)[0] + np.asarray(shift)
+    across = pose[SLOT["LeftUpLeg"]] + pose[SLOT["LeftArm"]] - pose[SLOT["RightUpLeg"]] - pose[SLOT["RightArm"]]
+    far = "Left" if project(across, view)[1] < -0.3 * np.linalg.norm(across) else "Right"        # seen from the front or from behind: Right, always
     pale = tuple(0.45 * np.array(to_rgb(colour)) + 0.55)
     for name, indices in _INDICES.items():
         behind = name.startswith(far)
@@ -131,12 +130,13 @@ def strip(motions, path=None, *, every=None, title="", view="three-quarter", fps
     step = 1.04 * (flat[..., 0].max() - flat[..., 0].min())
     count = max(len(poses) for poses in centred.values())
     low, high = min(0.0, flat[..., 1].min()) - 0.08 * leg, flat[..., 1].max() + 0.36 * leg
-    left, right = flat[..., 0].min() - 0.9 * leg, (count - 1) * step + flat[..., 0].max() + 0.1 * leg
-    wide = 13.0
+    wide, right = 13.0, (count - 1) * step + flat[..., 0].max() + 0.1 * leg
+    name = min(0.3, 0.135 * max(map(len, motions)) / wide)   # the part of the width that the longest label takes
+    left = flat[..., 0].min() - max(0.5 * leg, (right - flat[..., 0].min()) * name / (1.0 - name))
     row = min(2.6, wide * 0.98 * (high - low) / (right - left))
     figure = _figure(wide, row * len(motions) + 0.62 + (0.35 if title else 0.0))
     axes = figure.subplots(len(motions), 1, squeeze=False)[:, 0]
-    bar = round_length(1.2 * leg)
+    bar = round_length(1.3 * leg)
     for ax, (label, poses), colour in zip(axes, centred.items(), colours(motions).values()):
         ax.set(xlim=(left, right), ylim=(low, high), aspect="equal", yticks=[])
         ax.plot([left, right], [0, 0], color="#bbbbbb", linewidth=1.0, zorder=1)
@@ -148,8 +148,8 @@ def strip(motions, path=None, *, every=None, title="", view="three-quarter", fps
         ax.text(left + 0.16 * leg, 0.5 * top, f"{bar:g} {unit}", color="#555555", fontsize=9, va="center", rotation=90)
         seconds = np.arange(count) * every / fps
         ax.set_xticks(np.arange(count) * step, [f"{s:.2f}" for s in seconds] if ax is axes[-1] else [""] * count, fontsize=10)
-        for name in ("left", "right", "top", "bottom"):
-            ax.spines[name].set_visible(False)
+        for spine in ("left", "right", "top", "bottom"):
+            ax.spines[spine].set_visible(False)
         ax.tick_params(length=3 if ax is axes[-1] else 0)
     axes[-1].set_xlabel("time [s]", fontsize=11)
     return _finish(figure, path, title)

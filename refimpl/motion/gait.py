@@ -8,13 +8,14 @@ has two continuous derivatives; time is always the first axis, and nothing loops
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import convolve1d, minimum_filter1d
 
 from . import rotation
 
 THIGH, SHIN = 39.0, 41.0
 ANKLE_HEIGHT, TOE_HEIGHT = 11.74, 4.25                       # of a foot that stands flat
 FOOT = np.array([0.0, TOE_HEIGHT - ANKLE_HEIGHT, 9.06])      # from the ankle to the ball of the flat foot: 11.76 cm long
-REACH = 0.988 * (THIGH + SHIN)                               # a leg is never stretched further than this by the hips: 18 degrees of knee
+REACH = 0.986 * (THIGH + SHIN)                               # how far a planted leg is stretched at most: 19 degrees of knee
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,8 @@ class Gait:
     twist: float
 
 
-WALK = Gait(speed=112.0, stride=118.0, slowest=15.0, fastest=190.0, stance=0.60, longest=0.70, landing=0.42, flat=0.15, heel_off=0.58,
-            strike=20.0, push=50.0, clearance=5.0, width=6.5, height=92.6, bounce=0.6, sway=2.0, lean=2.0, elbow=14.0, arm_swing=24.0, twist=6.0)
+WALK = Gait(speed=110.0, stride=113.0, slowest=15.0, fastest=190.0, stance=0.60, longest=0.70, landing=0.39, flat=0.15, heel_off=0.55,
+            strike=20.0, push=66.0, clearance=5.0, width=6.5, height=92.6, bounce=0.6, sway=2.0, lean=2.0, elbow=14.0, arm_swing=24.0, twist=6.0)
 JOG = Gait(speed=240.0, stride=168.0, slowest=120.0, fastest=380.0, stance=0.35, longest=0.44, landing=0.42, flat=0.18, heel_off=0.48,
            strike=12.0, push=58.0, clearance=16.0, width=4.5, height=88.0, bounce=-2.6, sway=1.2, lean=8.0, elbow=78.0, arm_swing=30.0, twist=9.0)
 STAND = Gait(speed=0.0, stride=0.0, slowest=0.0, fastest=0.0, stance=1.0, longest=1.0, landing=0.5, flat=0.0, heel_off=1.0,
@@ -70,6 +71,12 @@ def bump(u):
     r"""From 0 up to 1 at u = 1/2 and back to 0: `64 u^3 (1-u)^3`, zero outside [0, 1]."""
     u = np.clip(u, 0.0, 1.0)
     return (4.0 * u * (1.0 - u)) ** 3
+
+
+def glide(u):
+    r"""From 0 to 1 with zero velocity at both ends: `3 u^2 - 2 u^3`, constant outside [0, 1]. It arrives later than `ease`: a foot does not wait for its landing."""
+    u = np.clip(u, 0.0, 1.0)
+    return u * u * (3.0 - 2.0 * u)
 
 
 def forward_of(yaw):
@@ -136,11 +143,11 @@ def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, 
     yaws = yaws + side * toe_out
 
     u = np.clip((c - stance) / max(1.0 - stance, 1e-9), 0.0, 1.0)
-    move = ease(u)[:, None]
+    move = glide(u)[:, None]
     yaw = yaws[index] + move[:, 0] * (yaws[index + 1] - yaws[index])
     ankle_flat = prints[index] + move * (prints[index + 1] - prints[index])
     ankle_flat = ankle_flat + (side * around * bump(u))[:, None] * left_of(yaw)
-    ankle_flat[:, 1] = ANKLE_HEIGHT + clearance * bump(u ** 0.85)
+    ankle_flat[:, 1] = ANKLE_HEIGHT + clearance * (4.0 * u * (1.0 - u)) ** 2
 
     lift, land = gait.heel_off * stance, gait.flat * stance
     peak, back = stance + 0.06 * (1.0 - stance), stance + 0.72 * (1.0 - stance)
@@ -157,31 +164,25 @@ def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, 
     return FootPlan(ankle, yaw, h - g, -h * (1.0 - ease(u / 0.45)), planted & (c <= lift), planted & (c >= land), u)
 
 
-def soft_minimum(values, softness):
-    r"""Below every one of them and smooth: `-s log sum_n exp(-x_n / s)`.   list of (T,), s in their unit  ->  (T,)"""
-    values = np.stack(values)
-    low = values.min(axis=0)
-    return low - softness * np.log(np.exp((low - values) / softness).sum(axis=0))
+def hip_height(wanted, hips, sockets, feet, frames):
+    r"""The height of the hips that every planted leg can reach, near the wanted one and smooth.
 
-
-def hip_height(wanted, hips, sockets, feet, relax):
-    r"""The height of the hips that both legs can reach, near the wanted one.
-
-    A leg with its ankle at (x, y, z) allows its socket no more than `y + sqrt(REACH^2 - horizontal distance^2)`. A swinging foot may be left
-    behind by up to `relax` cm: `within_reach` picks it up again.
+    A planted leg with its ankle at (x, y, z) allows its socket no more than `y + sqrt(REACH^2 - horizontal distance^2)`. Each moment takes the lowest of what
+    is wanted and allowed within `frames` before and after, and the means of that over the same window: never above what is allowed at its middle.
 
     wanted : (T,);  hips : (T, 3), y ignored;  sockets : two (T, 3) from the hips to the hip joints;  feet : two FootPlans  ->  (T,)
-    Raises ValueError when a planted foot is further away than a leg is long.
+    Raises ValueError when a planted foot is too far away.
     """
-    limits = [wanted]
     for socket, foot in zip(sockets, feet):
         away = foot.ankle - hips - socket
         square = REACH ** 2 - away[:, 0] ** 2 - away[:, 2] ** 2
-        if (square[foot.swing == 0] < (0.6 * REACH) ** 2).any():
-            raise ValueError(f"speed, stride: found a foot planted {np.sqrt(REACH ** 2 - square.min()):.0f} cm from the hips, needed at most "
+        planted = foot.swing == 0
+        if (square[planted] < (0.6 * REACH) ** 2).any():
+            raise ValueError(f"speed, stride: found a foot planted {np.sqrt(REACH ** 2 - square[planted].min()):.0f} cm from the hips, needed at most "
                              f"{0.8 * REACH:.0f} cm on a body of average size; take a lower speed or a shorter stride")
-        limits.append(foot.ankle[:, 1] - socket[:, 1] + np.sqrt(np.maximum(square, (0.3 * REACH) ** 2)) + relax * bump(foot.swing))
-    return soft_minimum(limits, 0.8)
+        wanted = np.where(planted, np.minimum(wanted, foot.ankle[:, 1] - socket[:, 1] + np.sqrt(np.maximum(square, 0.0))), wanted)
+    weights = bump(np.arange(1, 2 * frames + 2) / (2 * frames + 2))
+    return convolve1d(minimum_filter1d(wanted, 2 * frames + 1, mode="nearest"), weights / weights.sum(), mode="nearest")
 
 
 def within_reach(socket, foot):
@@ -191,7 +192,7 @@ def within_reach(socket, foot):
     """
     away = foot.ankle - socket
     distance = np.linalg.norm(away, axis=-1, keepdims=True)
-    soft = 0.008 * REACH
+    soft = 0.01 * REACH
     over = np.maximum(distance - REACH, 0.0)
     shift = np.where(over > 1e-9, soft * np.tanh(over / soft) - over, 0.0) * away / distance
     return foot.ankle + shift

@@ -68,7 +68,7 @@ class Style:
 STYLES = {
     "normal": Style(),
     "old": Style(speed=0.5, stride=0.74, clearance=0.4, roll=0.3, width=1.3, sway=1.3, twist=0.4, arm_swing=0.3, lean=20.0, slump=24.0, head=6.0, toe_out=11.0,
-                 arm_forward=16.0, elbow=48.0, tremor=0.7, crouch=6.0, stance=0.05),
+                 arm_forward=16.0, elbow=55.0, tremor=0.7, crouch=6.0, stance=0.05),
     "zombie": Style(speed=0.5, stride=0.9, clearance=0.3, roll=0.25, width=1.4, sway=2.8, twist=0.3, arm_swing=0.1, lean=3.0, head=6.0, tilt=7.0,
                     tremor=0.4, stance=0.03, reach=1.0, stiffness=0.8, limp=0.2),
     "depressed": Style(speed=0.62, stride=0.86, clearance=0.6, roll=0.6, sway=1.1, twist=0.5, arm_swing=0.25, lean=8.0, slump=26.0, head=38.0, arm_forward=4.0,
@@ -76,7 +76,7 @@ STYLES = {
     "injured": Style(speed=0.6, stride=0.84, roll=0.8, width=1.1, sway=1.4, arm_swing=0.6, lean=9.0, head=8.0, arm_out=7.0, elbow=16.0, limp=1.0),
     "proud": Style(speed=1.05, stride=1.08, roll=1.2, twist=1.2, arm_swing=1.35, lean=-5.0, slump=-12.0, head=-10.0, arm_out=8.0, bounce=1.0),
     "childlike": Style(speed=1.05, stride=0.82, clearance=1.9, sway=1.3, twist=1.6, arm_swing=1.7, head=-6.0, arm_out=16.0, elbow=10.0, bounce=2.2),
-    "angry": Style(speed=1.25, stride=1.0, width=1.2, twist=1.4, arm_swing=1.35, lean=12.0, head=10.0, arm_out=9.0, elbow=38.0, sharpness=0.8),
+    "angry": Style(speed=1.25, stride=1.0, width=1.2, twist=1.4, arm_swing=1.35, lean=12.0, head=10.0, arm_out=9.0, elbow=45.0, sharpness=0.8),
 }
 
 
@@ -153,7 +153,7 @@ def make_clip(content="walk", style="normal", person=Person(), seconds=4.0, seed
     _trunk(rotations, yaw, gait, style, wave, bank, noise)
     _arms(rotations, gait, style, wave, noise)
     hips = position + (gait.sway * wave["side"] + 1.5 * style.limp)[:, None] * legs.left_of(yaw)
-    knees = _legs(rotations, hips, feet, wave, gait, style)
+    knees = _legs(rotations, hips, feet, wave, gait, style, cadence)
 
     angles = rotation.matrix_to_euler(rotations, "ZXY")
     for joint, knee in knees.items():
@@ -206,7 +206,7 @@ def _styled(gait, style, person, speed):
         gait, speed=speed, stride=stride, stance=min(gait.stance + style.stance, gait.longest), bounce=bounce,
         strike=gait.strike * style.roll, push=gait.push * style.roll, clearance=gait.clearance * style.clearance,
         width=gait.width * style.width * person.width, height=gait.height - style.crouch - abs(style.bounce), sway=gait.sway * style.sway * person.sway,
-        lean=gait.lean + style.lean + person.lean, elbow=gait.elbow + style.elbow + person.elbow,
+        lean=gait.lean + style.lean + person.lean, elbow=gait.elbow + (style.elbow + person.elbow) * (1.0 - gait.elbow / 120.0),
         arm_swing=gait.arm_swing * style.arm_swing * person.arm_swing, twist=gait.twist * style.twist)
     return styled, speed / stride if stride else 0.25
 
@@ -257,7 +257,7 @@ def _feet(phase, path, gait, style):
         feet.append(legs.plan_foot(
             phase, path, side, start, stance, gait, width=gait.width, ahead=0.12 * (gait.lean + 0.5 * style.slump) + 0.05 * weak * gait.stride,
             toe_out=np.radians(style.toe_out), strike=np.radians(gait.strike), push=np.radians(gait.push) * (1.0 - 0.5 * stiff),
-            clearance=gait.clearance * (1.0 - 0.5 * stiff), around=7.0 * stiff))
+            clearance=gait.clearance * (1.0 - 0.5 * stiff), around=5.0 * stiff))
         middles.append(start + 0.5 * stance)
     return feet, 0.5 * (middles[0] + middles[1] - 0.5)
 
@@ -303,12 +303,12 @@ def _arms(rotations, gait, style, wave, noise):
         rotations[:, SLOT[name + "Finger"]] = _turned(yaw=-side * 15.0)
 
 
-def _legs(rotations, hips, feet, wave, gait, style):
+def _legs(rotations, hips, feet, wave, gait, style, cadence):
     """Fill in both legs and the height of `hips`.   ->  {joint: knee angle (T,)}, which may pass 90 degrees, where a matrix forgets the angles"""
     pelvis = rotations[:, SLOT["Hips"]]
     sockets = [(pelvis @ np.array(OFFSETS[side + "UpLeg"])[:, None])[..., 0] for side in ("Left", "Right")]
     wanted = gait.height + gait.bounce * wave["twice"] - 2.5 * style.limp * (0.5 - 0.5 * wave["side"])
-    hips[:, 1] = legs.hip_height(wanted, hips, sockets, feet, relax=4.0 if gait.bounce >= 0 else 25.0)
+    hips[:, 1] = legs.hip_height(wanted, hips, sockets, feet, max(1, round(0.1 * FPS / cadence)))
     pelvis_yaw = np.unwrap(np.arctan2(pelvis[:, 0, 2], pelvis[:, 2, 2]))
     knees = {}
     for side, socket, foot in zip(("Left", "Right"), sockets, feet):

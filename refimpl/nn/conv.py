@@ -100,8 +100,8 @@ def _filters_by_tap(w, groups):
 
 def _gather(padded, w, T_out, stride, dilation, groups):
     """y_t = sum_k W_k tap_k: convolution of a padded signal (N, C, T_padded)  ->  (N, O, T_out)"""
-    N, C, _ = padded.shape
-    padded = padded.reshape(N, groups, C // groups, -1)
+    N, C, length = padded.shape
+    padded = padded.reshape(N, groups, C // groups, length)
     filters = _filters_by_tap(w, groups)
     y = np.zeros((N, groups, len(w) // groups, T_out), np.result_type(padded, w))
     for W_k, tap in zip(filters, _taps(padded, len(filters), T_out, stride, dilation)):

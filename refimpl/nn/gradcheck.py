@@ -188,7 +188,7 @@ def remainder_slope(phi, derivative, steps=(1e-3, 5e-4, 2.5e-4, 1.25e-4)):
     here = phi(0.0)
     remainders = np.array([abs(phi(h) - here - h * derivative) for h in steps])
     rounding = 1e-13 * (abs(here) + abs(derivative) * steps[0])
-    if remainders[-1] < 100 * rounding:
+    if not remainders.min() > 100 * rounding:
         return None
     slopes = np.diff(np.log(remainders)) / np.diff(np.log(steps))
     return float(slopes.mean()) if np.ptp(slopes) < 0.1 else None

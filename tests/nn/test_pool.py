@@ -1,0 +1,162 @@
+"""Pooling: by hand, by definition, ties, NaN, and gradients."""
+
+from hypothesis import assume, given, strategies as st
+import numpy as np
+import pytest
+
+from refimpl import nn
+
+
+@st.composite
+def windows(draw):
+    """x and the options of a pooling that makes some output, away from ties."""
+    rng = np.random.default_rng(draw(st.integers(0, 2 ** 32)))
+    width = draw(st.integers(1, 5))
+    options = dict(stride=draw(st.none() | st.integers(1, 4)), padding=draw(st.integers(0, width // 2)), ceil_mode=draw(st.booleans()))
+    dilation = draw(st.integers(1, 3))
+    x = rng.permutation(3 * 2 * 12).reshape(3, 2, 12)[:draw(st.integers(0, 3)), :, :draw(st.integers(1, 12))].astype(float)
+    assume(x.shape[2] + 2 * options["padding"] >= dilation * (width - 1) + 1)
+    return x, width, dilation, options, rng
+
+
+def positions(T, width, stride, padding, dilation, ceil_mode):
+    """Windows as lists of positions inside the input, by the words of the documentation."""
+    stride = stride or width
+    t, found = 0, []
+    while True:
+        first = t * stride - padding
+        whole = first + dilation * (width - 1) < T + padding
+        if not whole and not (ceil_mode and first < T and first - stride + dilation * (width - 1) + 1 < T + padding):
+            return found
+        found.append([first + k * dilation for k in range(width)])
+        t += 1
+
+
+@given(windows())
+def test_max_pool_is_its_definition(case):
+    x, width, dilation, options, _ = case
+    y = nn.max_pool1d(x, width, dilation=dilation, **options)
+    windows = positions(x.shape[2], width, dilation=dilation, **options)
+    expected = [[[max([row[s] for s in w if 0 <= s < len(row)], default=-np.inf) for w in windows] for row in clip] for clip in x]
+    np.testing.assert_array_equal(y, np.array(expected).reshape(x.shape[:2] + (len(windows),)))
+
+
+@given(windows(), st.booleans())
+def test_avg_pool_is_its_definition(case, count_include_pad):
+    x, width, _, options, _ = case
+    assume(x.shape[2] + 2 * options["padding"] >= width)
+    y = nn.avg_pool1d(x, width, count_include_pad=count_include_pad, **options)
+    T, pad = x.shape[2], options["padding"]
+    windows = positions(T, width, dilation=1, **options)
+    expected = [[[sum(row[s] for s in w if 0 <= s < T) / sum(1 for s in w if (s < T + pad if count_include_pad else 0 <= s < T))
+                  for w in windows] for row in clip] for clip in x]
+    np.testing.assert_allclose(y, np.array(expected).reshape(x.shape[:2] + (len(windows),)), atol=1e-12)
+
+
+@given(windows())
+def test_pool_gradients(case):
+    x, width, dilation, options, _ = case
+    nn.check_gradient(lambda a: np.nan_to_num(nn.max_pool1d(a, width, dilation=dilation, **options), neginf=0.0),
+                      lambda d, a: nn.max_pool1d_backward(d, a, width, dilation=dilation, **options), x)
+    assume(x.shape[2] + 2 * options["padding"] >= width)
+    nn.check_gradient(lambda a: nn.avg_pool1d(a, width, **options), lambda d, a: nn.avg_pool1d_backward(d, a, width, **options), x)
+
+
+@given(st.integers(0, 10 ** 6), st.integers(1, 4))
+def test_depooling_and_unpooling_gradients(seed, width):
+    rng = np.random.default_rng(seed)
+    h = rng.normal(size=(2, 3, 5))
+    nn.check_gradient(lambda a: nn.avg_depool1d(a, width), lambda d, a: nn.avg_depool1d_backward(d, a, width), h)
+    indices = rng.integers(0, 9, h.shape)
+    nn.check_gradient(lambda a: nn.max_unpool1d(a, indices, 9), lambda d, a: nn.max_unpool1d_backward(d, a, indices, 9), h)
+    np.testing.assert_allclose(nn.avg_pool1d(nn.avg_depool1d(h, width), width), h / width)
+
+
+def test_by_hand():
+    x = np.array([[[1.0, 3, 2, 2, 5]]])
+    np.testing.assert_array_equal(nn.max_pool1d(x), [[[3, 2]]])
+    np.testing.assert_array_equal(nn.max_pool1d(x, ceil_mode=True), [[[3, 2, 5]]])
+    np.testing.assert_array_equal(nn.max_pool1d_indices(x), [[[1, 2]]])
+    np.testing.assert_array_equal(nn.max_pool1d_backward(np.array([[[10.0, 20]]]), x), [[[0, 10, 20, 0, 0]]])
+    np.testing.assert_array_equal(nn.max_unpool1d(np.array([[[3.0, 2]]]), np.array([[[1, 2]]]), 5), [[[0, 3, 2, 0, 0]]])
+    np.testing.assert_array_equal(nn.avg_pool1d(x), [[[2, 2]]])
+    np.testing.assert_array_equal(nn.avg_depool1d(np.array([[[2.0, 6]]])), [[[1, 1, 3, 3]]])
+
+
+def test_the_2016_pair_of_pooling_and_depooling_halves_a_constant():
+    x = np.ones((1, 1, 4))
+    np.testing.assert_array_equal(nn.avg_depool1d(nn.max_pool1d(x)), np.full((1, 1, 4), 0.5))
+
+
+def test_a_tie_goes_to_the_first():
+    x = np.array([[[4.0, 4, 4, 4]]])
+    np.testing.assert_array_equal(nn.max_pool1d_backward(np.ones((1, 1, 2)), x), [[[1, 0, 1, 0]]])
+    np.testing.assert_array_equal(nn.max_pool1d_backward(np.ones((1, 1, 3)), x, 2, stride=1), [[[1, 1, 1, 0]]])
+    nn.check_kink(nn.max_pool1d, nn.max_pool1d_backward, x, direction=np.array([[[1.0, 0, 0, -1]]]))
+
+
+def test_windows_that_overlap_add_up():
+    x = np.array([[[1.0, 9, 1]]])
+    np.testing.assert_array_equal(nn.max_pool1d_backward(np.array([[[2.0, 3]]]), x, 2, stride=1), [[[0, 5, 0]]])
+
+
+def test_nan_wins_and_infinities_are_numbers():
+    x = np.array([[[1.0, np.nan, -np.inf, -np.inf]]])
+    y = nn.max_pool1d(x)
+    assert np.isnan(y[0, 0, 0]) and y[0, 0, 1] == -np.inf
+    np.testing.assert_array_equal(nn.max_pool1d_backward(np.array([[[7.0, 8]]]), x), [[[0, 7, 8, 0]]])
+    padded = np.array([[[-np.inf, -np.inf]]])
+    np.testing.assert_array_equal(nn.max_pool1d_indices(padded, 2, stride=1, padding=1), [[[0, 0, 1]]])
+
+
+def test_a_window_of_padding_alone():
+    """Dilation can step over the whole input; the window is -inf and passes no gradient."""
+    x = np.array([[[3.0]]])
+    assert nn.max_pool1d(x, 2, padding=1, dilation=2)[0, 0, 0] == -np.inf
+    np.testing.assert_array_equal(nn.max_pool1d_backward(np.ones((1, 1, 1)), x, 2, padding=1, dilation=2), [[[0]]])
+
+
+def test_the_later_value_stands_in_unpooling():
+    h, indices = np.array([[[1.0, 2]]]), np.array([[[3, 3]]])
+    np.testing.assert_array_equal(nn.max_unpool1d(h, indices, 4), [[[0, 0, 0, 2]]])
+    np.testing.assert_array_equal(nn.max_unpool1d_backward(np.ones((1, 1, 4)), h, indices, 4), [[[0, 1]]])
+
+
+def test_contracts():
+    x = np.random.default_rng(0).normal(size=(2, 3, 8))
+    for f, back in ((nn.max_pool1d, nn.max_pool1d_backward), (nn.avg_pool1d, nn.avg_pool1d_backward), (nn.avg_depool1d, nn.avg_depool1d_backward)):
+        nn.check_contract(f, back, x, single=True, batched=(0,))
+
+
+X = np.zeros((2, 3, 8))
+
+
+@pytest.mark.parametrize("f", [nn.max_pool1d, nn.max_pool1d_indices, nn.avg_pool1d])
+@pytest.mark.parametrize("x, width, options, words", [
+    (X[0], 2, {}, r"x: found shape \(3, 8\)"), (X, 0, {}, "width: found 0"), (X, 2.0, {}, "width: found 2.0"), (X, 2, {"stride": 0}, "stride: found 0"),
+    (X, 2, {"padding": 2}, "padding: found 2, needed at most half"), (X, 9, {}, "x: found 8 frames"), (X.astype(int), 2, {}, "x: found dtype int64"),
+    (X[:, :, :0], 1, {}, "x: found 0 frames"), (X, 2, {"padding": -1}, "padding: found -1")])
+def test_bad_input_is_named(f, x, width, options, words):
+    with pytest.raises(ValueError, match=words):
+        f(x, width, **options)
+
+
+def test_more_bad_input():
+    with pytest.raises(ValueError, match="x: found dtype complex128, needed real"):
+        nn.max_pool1d(X.astype(complex))
+    with pytest.raises(ValueError, match=r"dy: found shape \(2, 3, 5\), needed \(2, 3, 4\)"):
+        nn.max_pool1d_backward(np.zeros((2, 3, 5)), X)
+    with pytest.raises(ValueError, match="dy: found shape"):
+        nn.avg_pool1d_backward(np.zeros((2, 3, 5)), X)
+    with pytest.raises(ValueError, match="dx: found shape"):
+        nn.avg_depool1d_backward(np.zeros((2, 3, 15)), X)
+    with pytest.raises(ValueError, match="dilation: found 0"):
+        nn.max_pool1d(X, 2, dilation=0)
+    with pytest.raises(ValueError, match="indices: found shape"):
+        nn.max_unpool1d(X, np.zeros((2, 3, 7), int), 9)
+    with pytest.raises(ValueError, match="indices: needed whole numbers from 0 to 8"):
+        nn.max_unpool1d(X, np.full(X.shape, 9), 9)
+    with pytest.raises(ValueError, match="length: found 0"):
+        nn.max_unpool1d(X, np.zeros(X.shape, int), 0)
+    with pytest.raises(ValueError, match="dx: found shape"):
+        nn.max_unpool1d_backward(np.zeros((2, 3, 8)), X, np.zeros(X.shape, int), 9)
