@@ -15,7 +15,7 @@ from .storage import atomic_write
 COLOURS = {"style": "#D55E00", "content": "#009E73", "result": "#0072B2"}          # Okabe and Ito: told apart by the colour-blind
 _OTHERS = ("#CC79A7", "#E69F00", "#56B4E9", "#444444", "#0072B2", "#009E73", "#D55E00")
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
-VIEWS = {"three-quarter": (-62.0, 10.0), "side": (-90.0, 0.0), "front": (0.0, 0.0), "above": (-90.0, 90.0)}     # azimuth, elevation of the camera in degrees
+VIEWS = {"three-quarter": (-62.0, 10.0), "side": (-90.0, 0.0), "front": (0.0, 0.0), "above": (-90.0, 90.0)}     # degrees, see `project`
 DPI = 120
 
 CHAINS = {"trunk": ("Hips", "Spine", "Chest", "Neck", "Head")}
@@ -26,7 +26,7 @@ _INDICES = {name: [SLOT[joint] for joint in chain] for name, chain in CHAINS.ite
 
 
 def project(points, view="three-quarter"):
-    r"""Orthographic projection. The camera stands at azimuth a (0: in front of a figure that faces +z, -90: at its right hand) and elevation e:
+    r"""Orthographic projection. The camera has azimuth a (0: in front of a figure that faces +z, -90: at its right hand) and elevation e:
 
         to camera  c = (sin a cos e, sin e, cos a cos e),   to the right  r = (cos a, 0, -sin a),   upwards  u = c x r
 
@@ -86,7 +86,7 @@ def move_pose(artists, pose, view="three-quarter", *, colour="#0072B2", width=2.
     """Draw another pose with the artists that `draw_pose` returned."""
     flat = project(pose, view)[0] + np.asarray(shift)
     across = pose[SLOT["LeftUpLeg"]] + pose[SLOT["LeftArm"]] - pose[SLOT["RightUpLeg"]] - pose[SLOT["RightArm"]]
-    far = "Left" if project(across, view)[1] < -0.3 * np.linalg.norm(across) else "Right"        # seen from the front or from behind: Right, always
+    far = "Left" if project(across, view)[1] < -0.3 * np.linalg.norm(across) else "Right"        # from the front or from behind: Right
     pale = tuple(0.45 * np.array(to_rgb(colour)) + 0.55)
     for name, indices in _INDICES.items():
         behind = name.startswith(far)
@@ -104,7 +104,7 @@ def move_pose(artists, pose, view="three-quarter", *, colour="#0072B2", width=2.
 
 
 def facing_forward(positions):
-    """The motion turned about the vertical so that its first pose faces +z, and moved so that it starts above the origin.   (T, 21, 3)  ->  (T, 21, 3)"""
+    """The motion turned and moved over the floor: its first pose faces +z above the origin.   (T, 21, 3)  ->  (T, 21, 3)"""
     first = positions[0]
     across = first[SLOT["LeftArm"]] - first[SLOT["RightArm"]] + first[SLOT["LeftUpLeg"]] - first[SLOT["RightUpLeg"]]
     yaw = np.arctan2(-across[2], across[0])
@@ -136,12 +136,12 @@ def strip(motions, path=None, *, every=None, title="", view="three-quarter", fps
     row = min(2.6, wide * 0.98 * (high - low) / (right - left))
     figure = _figure(wide, row * len(motions) + 0.62 + (0.35 if title else 0.0))
     axes = figure.subplots(len(motions), 1, squeeze=False)[:, 0]
-    bar = round_length(1.3 * leg)
+    bar, thick = round_length(1.3 * leg), min(2.8, 42.0 * wide * leg / (right - left) / 12.0)
     for ax, (label, poses), colour in zip(axes, centred.items(), colours(motions).values()):
         ax.set(xlim=(left, right), ylim=(low, high), aspect="equal", yticks=[])
         ax.plot([left, right], [0, 0], color="#bbbbbb", linewidth=1.0, zorder=1)
         for number, pose in enumerate(poses):
-            draw_pose(ax, pose, view, colour=colour, shift=(number * step, 0.0), width=min(2.6, 0.02 * wide * 72 * leg / (right - left) * 2.2))
+            draw_pose(ax, pose, view, colour=colour, shift=(number * step, 0.0), width=thick)
         ax.text(left, high, label, color=colour, fontsize=13, fontweight="bold", va="top")
         top = project(np.array([0.0, bar, 0.0]), view)[0][1]
         ax.plot([left + 0.08 * leg] * 2, [0, top], color="#555555", linewidth=1.6, marker="_", markersize=6)
@@ -156,9 +156,11 @@ def strip(motions, path=None, *, every=None, title="", view="three-quarter", fps
 
 
 def paths(motions, path=None, *, title="", unit="cm"):
-    """The roots' ways over the floor, seen from above: a dot where each begins, an arrow head where it ends.   {label: (T, 21, 3)}  ->  Figure
+    """The roots' ways over the floor, seen from above: a dot where each begins, an arrow head where it ends.
 
     Forward, z, points to the right and x upwards, so that a turn to the left is seen as one.
+
+    motions : {label: (T, 21, 3)};  path : also save a PNG there   ->  Figure
     """
     motions = checked(motions)
     figure = _figure(7.5, 6.0)

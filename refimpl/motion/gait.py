@@ -1,8 +1,8 @@
 r"""How legs walk and jog: where the feet are planted, how they roll and swing, how high the hips can be, how the knee bends.
 
 One cycle of the gait is phase 0..1 and begins when the left foot lands. Lengths are centimetres of a body of average size, angles radians,
-y is up; a body with yaw a faces (sin a, 0, cos a) and has its left side at (cos a, 0, -sin a). Every curve is closed-form in the phase and
-has two continuous derivatives; time is always the first axis, and nothing loops over it.
+y is up; a body with yaw a faces (sin a, 0, cos a) and has its left side at (cos a, 0, -sin a). Every curve is closed-form in the
+phase with a continuous velocity; time is always the first axis, and nothing loops over it.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,8 @@ class Gait:
 
     speed : cm/s;  stride : cm from one landing of a foot to its next, at that speed;  slowest, fastest : cm/s;
     stance : part of the cycle that a foot is planted;  longest : its limit for any style (below 0.5: both feet leave the floor);
-    landing : part of the stance before the hips are above the ankle;  flat, heel_off : parts of the stance at which the sole lies flat, the heel rises;
+    landing : part of the stance before the hips are above the ankle;  flat, heel_off : parts of the stance after which the sole lies flat
+    and the heel rises;
     strike, push : pitch of the foot when it lands (toe up) and when it leaves (heel up), degrees;
     clearance : cm by which a swinging foot is lifted;  width : cm between an ankle and the path;
     height : cm, hips above the floor;  bounce : cm, amplitude of the hips, positive when highest over a planted foot;
@@ -54,11 +55,14 @@ class Gait:
 
 
 WALK = Gait(speed=110.0, stride=113.0, slowest=15.0, fastest=190.0, stance=0.60, longest=0.70, landing=0.39, flat=0.15, heel_off=0.55,
-            strike=20.0, push=66.0, clearance=5.0, width=6.5, height=92.6, bounce=0.6, sway=2.0, lean=2.0, elbow=14.0, arm_swing=24.0, twist=6.0)
+            strike=20.0, push=66.0, clearance=5.0, width=6.5, height=92.6, bounce=0.6, sway=2.0,
+            lean=2.0, elbow=14.0, arm_swing=24.0, twist=6.0)
 JOG = Gait(speed=240.0, stride=168.0, slowest=120.0, fastest=380.0, stance=0.35, longest=0.44, landing=0.42, flat=0.18, heel_off=0.48,
-           strike=12.0, push=58.0, clearance=16.0, width=4.5, height=88.0, bounce=-2.6, sway=1.2, lean=8.0, elbow=78.0, arm_swing=30.0, twist=9.0)
+           strike=12.0, push=58.0, clearance=16.0, width=4.5, height=88.0, bounce=-2.6, sway=1.2,
+           lean=8.0, elbow=78.0, arm_swing=30.0, twist=9.0)
 STAND = Gait(speed=0.0, stride=0.0, slowest=0.0, fastest=0.0, stance=1.0, longest=1.0, landing=0.5, flat=0.0, heel_off=1.0,
-             strike=0.0, push=0.0, clearance=0.0, width=9.0, height=92.6, bounce=0.0, sway=1.5, lean=0.0, elbow=12.0, arm_swing=1.5, twist=1.0)
+             strike=0.0, push=0.0, clearance=0.0, width=9.0, height=92.6, bounce=0.0, sway=1.5,
+             lean=0.0, elbow=12.0, arm_swing=1.5, twist=1.0)
 
 
 def ease(u):
@@ -74,18 +78,21 @@ def bump(u):
 
 
 def glide(u):
-    r"""From 0 to 1 with zero velocity at both ends: `3 u^2 - 2 u^3`, constant outside [0, 1]. It arrives later than `ease`: a foot does not wait for its landing."""
+    r"""From 0 to 1 with zero velocity at both ends: `3 u^2 - 2 u^3`, constant outside [0, 1].
+
+    It arrives later than `ease`, so that a swinging foot does not wait, out of the hips' reach, for its landing.
+    """
     u = np.clip(u, 0.0, 1.0)
     return u * u * (3.0 - 2.0 * u)
 
 
 def forward_of(yaw):
-    """(...) -> (..., 3)"""
+    """Where a body with this yaw faces.   (...)  ->  (..., 3)"""
     return np.stack([np.sin(yaw), np.zeros_like(yaw), np.cos(yaw)], axis=-1)
 
 
 def left_of(yaw):
-    """(...) -> (..., 3)"""
+    """Where its left side is.   (...)  ->  (..., 3)"""
     return np.stack([np.cos(yaw), np.zeros_like(yaw), -np.sin(yaw)], axis=-1)
 
 
@@ -108,8 +115,11 @@ class Path:
 
 @dataclass(frozen=True)
 class FootPlan:
-    """One foot over time: ankle (T, 3);  yaw, pitch (T,), heel up positive;  bend (T,): of the toes against the foot;
-    heel, toe (T,) bool: while one is True, that joint does not move;  swing (T,) 0..1 within the swing."""
+    """One foot over time.
+
+    ankle : (T, 3);  yaw, pitch : (T,), positive to the left and heel up;  bend : (T,) of the toes against the foot;
+    heel, toe : (T,) bool, while one is True that joint does not move;  swing : (T,) 0 to 1 within the swing, 0 while planted.
+    """
 
     ankle: np.ndarray
     yaw: np.ndarray
@@ -123,16 +133,16 @@ class FootPlan:
 def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, strike, push, clearance, around):
     r"""The curve of a foot that lands at phases `start + k` and stays for `stance` of the cycle.
 
-    The footprint lies beside the place where the body is in mid-stance. B is where the ball of the foot would be if the foot were flat: it rests
-    on the print, then moves to the next one on `ease`, lifted by `bump`. Two pitches h (heel up, pivot: the ball) and g (toe up, pivot: the ankle) roll the
-    foot, with a the ankle's place seen from the ball and R the rotation by yaw and pitch:
+    The footprint lies beside the place where the body is in mid-stance. B is where the ball of the foot would be if the foot were flat:
+    it rests on the print, then glides to the next one. Two pitches roll the foot, h (heel up, pivot: the ball) and g (toe up, pivot: the
+    ankle), with a the ankle's place seen from the ball and R the rotation by yaw and pitch:
 
         ankle = B + R(h) a,     ball = ankle - R(h - g) a
 
     So the ankle rests exactly while B rests and h = 0, the ball rests exactly while B rests and g = 0.
 
-    phase : (T,) cycles;  side : +1 left, -1 right;  width, ahead, clearance, around : cm (ahead: the print is moved forward; around: the swing
-    bends outwards);  toe_out, strike, push : radians   ->  FootPlan
+    phase : (T,) cycles;  side : +1 left, -1 right;  width, ahead, clearance, around : cm (ahead: the print is moved forward; around: the
+    swing bends outwards);  toe_out, strike, push : radians   ->  FootPlan
     """
     cycle = np.floor(phase - start)
     c = phase - start - cycle
@@ -167,8 +177,9 @@ def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, 
 def hip_height(wanted, hips, sockets, feet, frames):
     r"""The height of the hips that every planted leg can reach, near the wanted one and smooth.
 
-    A planted leg with its ankle at (x, y, z) allows its socket no more than `y + sqrt(REACH^2 - horizontal distance^2)`. Each moment takes the lowest of what
-    is wanted and allowed within `frames` before and after, and the means of that over the same window: never above what is allowed at its middle.
+    A planted leg with its ankle at (x, y, z) allows its socket no more than `y + sqrt(REACH^2 - horizontal distance^2)`. Each frame takes
+    the lowest height wanted or allowed within `frames` before and after, then a weighted mean of these over the same window. All of them are
+    lows of windows around the frame in question, so their mean is never above what is allowed there.
 
     wanted : (T,);  hips : (T, 3), y ignored;  sockets : two (T, 3) from the hips to the hip joints;  feet : two FootPlans  ->  (T,)
     Raises ValueError when a planted foot is too far away.
@@ -178,9 +189,11 @@ def hip_height(wanted, hips, sockets, feet, frames):
         square = REACH ** 2 - away[:, 0] ** 2 - away[:, 2] ** 2
         planted = foot.swing == 0
         if (square[planted] < (0.6 * REACH) ** 2).any():
-            raise ValueError(f"speed, stride: found a foot planted {np.sqrt(REACH ** 2 - square[planted].min()):.0f} cm from the hips, needed at most "
-                             f"{0.8 * REACH:.0f} cm on a body of average size; take a lower speed or a shorter stride")
-        wanted = np.where(planted, np.minimum(wanted, foot.ankle[:, 1] - socket[:, 1] + np.sqrt(np.maximum(square, 0.0))), wanted)
+            far = np.sqrt(REACH ** 2 - square[planted].min())
+            raise ValueError(f"speed, turn, style: found a foot planted {far:.0f} cm from the hips, needed at most {0.8 * REACH:.0f} cm "
+                             "on a body of average size; take a lower speed or a shorter stride")
+        allowed = foot.ankle[:, 1] - socket[:, 1] + np.sqrt(np.maximum(square, 0.0))
+        wanted = np.where(planted, np.minimum(wanted, allowed), wanted)
     weights = bump(np.arange(1, 2 * frames + 2) / (2 * frames + 2))
     return convolve1d(minimum_filter1d(wanted, 2 * frames + 1, mode="nearest"), weights / weights.sum(), mode="nearest")
 
@@ -201,7 +214,9 @@ def within_reach(socket, foot):
 def bend_leg(socket, ankle, facing):
     r"""Two bones between hip joint and ankle, the knee towards `facing` (analytic, law of cosines):
 
-        d = |ankle - socket|,   cos(hip) = (THIGH^2 + d^2 - SHIN^2) / (2 THIGH d),   cos(pi - knee) = (THIGH^2 + SHIN^2 - d^2) / (2 THIGH SHIN)
+        d = |ankle - socket|
+        cos(hip) = (THIGH^2 + d^2 - SHIN^2) / (2 THIGH d)
+        cos(pi - knee) = (THIGH^2 + SHIN^2 - d^2) / (2 THIGH SHIN)
 
     Both bones turn about n = facing x direction, the body's left.
 

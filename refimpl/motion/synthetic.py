@@ -1,11 +1,11 @@
 r"""Walkers and joggers made from nothing but formulas: the embedded data, with known style, foot contacts and phase.
 
-Their skeleton has exactly the 21 joints of `joints.SLOTS`, a T-pose at rest, centimetres, y up, 60 frames per second, facing +z with the left side at +x.
-A `Style` is a set of numbers with a meaning each, so that two styles can be blended and an observer can be checked against the truth;
-a `Person` is a body with habits. Everything is deterministic: the same arguments make the same bits.
+Their skeleton has exactly the 21 joints of `joints.SLOTS`, a T-pose at rest, centimetres, y up, 60 frames per second, and faces +z with
+its left side at +x. Who walks is a `Style` and a `Person`; the legs are those of `gait`; trunk and arms swing on cosines of the phase.
+Everything is deterministic: the same arguments make the same bits.
 """
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from . import gait as legs
 from . import rotation
 from .bvh import Clip, Joint
 from .joints import PARENTS, SLOT, SLOTS
+from .style import STYLES, Person, Style, blend, person      # noqa: F401  (blend is part of this module's face)
 
 FPS = 60
 CONTENTS = {"walk": (legs.WALK, 0.0), "jog": (legs.JOG, 0.0), "turn-left": (legs.WALK, 0.55), "turn-right": (legs.WALK, -0.55),
@@ -20,7 +21,8 @@ CONTENTS = {"walk": (legs.WALK, 0.0), "jog": (legs.JOG, 0.0), "turn-left": (legs
 
 _ARM = {"Arm": (15.0, 12.0, -0.5), "ForeArm": (24.0, 0.0, 0.0), "Hand": (22.0, 0.0, 0.0), "Finger": (3.9, 0.0, 0.0)}
 _LEG = {"UpLeg": (7.5, -1.8, 0.0), "Leg": (0.0, -legs.THIGH, 0.0), "Foot": (0.0, -legs.SHIN, 0.0), "Toe": tuple(legs.FOOT)}
-OFFSETS = {"Hips": (0.0, 93.0, 0.0), "Spine": (0.0, 10.0, -1.0), "Chest": (0.0, 14.0, -0.5), "Neck": (0.0, 16.0, 0.5), "Head": (0.0, 8.0, 1.5)}
+OFFSETS = {"Hips": (0.0, 93.0, 0.0), "Spine": (0.0, 10.0, -1.0), "Chest": (0.0, 14.0, -0.5), "Neck": (0.0, 16.0, 0.5),
+           "Head": (0.0, 8.0, 1.5)}
 for _side, _sign in (("Left", 1.0), ("Right", -1.0)):
     OFFSETS.update({_side + part: (_sign * x, y, z) for part, (x, y, z) in {**_ARM, **_LEG}.items()})
 END_SITES = {"Head": (0.0, 15.0, 2.0), "LeftToe": (0.0, -2.0, 5.5), "RightToe": (0.0, -2.0, 5.5),
@@ -28,90 +30,11 @@ END_SITES = {"Head": (0.0, 15.0, 2.0), "LeftToe": (0.0, -2.0, 5.5), "RightToe": 
 
 
 @dataclass(frozen=True)
-class Style:
-    """How a content is carried out; the defaults are a neutral adult.
-
-    Factors on the content's own value, 1 is neutral: speed, stride (at a given speed: below 1 means more and shorter steps), clearance (of the swinging foot),
-    roll (heel strike and push-off; 0: flat feet), width (of the track), sway (of the hips, sideways), twist (of pelvis against shoulders), arm_swing.
-    Added, 0 is neutral. Degrees: lean (of the trunk, forward), slump (rounding of the upper back), head (drop), tilt (of the trunk, to the left),
-    toe_out, arm_forward, arm_out, elbow, tremor. Centimetres: crouch, bounce. Cycles: stance (part of the cycle on the ground).
-    From 0 to 1: reach (both arms held out in front), stiffness (knees that hardly bend, feet carried around), limp (a right leg that hurts: short stance, stiff,
-    the body thrown over the other leg), sharpness (sinusoids become jerks).
-    """
-
-    speed: float = 1.0
-    stride: float = 1.0
-    clearance: float = 1.0
-    roll: float = 1.0
-    width: float = 1.0
-    sway: float = 1.0
-    twist: float = 1.0
-    arm_swing: float = 1.0
-    lean: float = 0.0
-    slump: float = 0.0
-    head: float = 0.0
-    tilt: float = 0.0
-    toe_out: float = 6.0
-    arm_forward: float = 0.0
-    arm_out: float = 0.0
-    elbow: float = 0.0
-    tremor: float = 0.0
-    crouch: float = 0.0
-    bounce: float = 0.0
-    stance: float = 0.0
-    reach: float = 0.0
-    stiffness: float = 0.0
-    limp: float = 0.0
-    sharpness: float = 0.0
-
-
-STYLES = {
-    "normal": Style(),
-    "old": Style(speed=0.5, stride=0.74, clearance=0.4, roll=0.3, width=1.3, sway=1.3, twist=0.4, arm_swing=0.3, lean=20.0, slump=24.0, head=6.0, toe_out=11.0,
-                 arm_forward=16.0, elbow=55.0, tremor=0.7, crouch=6.0, stance=0.05),
-    "zombie": Style(speed=0.5, stride=0.9, clearance=0.3, roll=0.25, width=1.4, sway=2.8, twist=0.3, arm_swing=0.1, lean=3.0, head=6.0, tilt=7.0,
-                    tremor=0.4, stance=0.03, reach=1.0, stiffness=0.8, limp=0.2),
-    "depressed": Style(speed=0.62, stride=0.86, clearance=0.6, roll=0.6, sway=1.1, twist=0.5, arm_swing=0.25, lean=8.0, slump=26.0, head=38.0, arm_forward=4.0,
-                       elbow=-8.0, crouch=1.5, stance=0.03),
-    "injured": Style(speed=0.6, stride=0.84, roll=0.8, width=1.1, sway=1.4, arm_swing=0.6, lean=9.0, head=8.0, arm_out=7.0, elbow=16.0, limp=1.0),
-    "proud": Style(speed=1.05, stride=1.08, roll=1.2, twist=1.2, arm_swing=1.35, lean=-5.0, slump=-12.0, head=-10.0, arm_out=8.0, bounce=1.0),
-    "childlike": Style(speed=1.05, stride=0.82, clearance=1.9, sway=1.3, twist=1.6, arm_swing=1.7, head=-6.0, arm_out=16.0, elbow=10.0, bounce=2.2),
-    "angry": Style(speed=1.25, stride=1.0, width=1.2, twist=1.4, arm_swing=1.35, lean=12.0, head=10.0, arm_out=9.0, elbow=45.0, sharpness=0.8),
-}
-
-
-def blend(style_a, style_b, alpha):
-    r"""Every parameter `(1 - alpha) a + alpha b`; alpha 0 gives a, 1 gives b, a little beyond exaggerates.   ->  Style"""
-    return Style(**{f.name: (1.0 - alpha) * getattr(style_a, f.name) + alpha * getattr(style_b, f.name) for f in fields(Style)})
-
-
-@dataclass(frozen=True)
-class Person:
-    """A body and its habits. scale : of all lengths;  stride, cadence, arm_swing, width, sway : factors;  lean, head, toe_out, arm_out, elbow : degrees added."""
-
-    scale: float = 1.0
-    stride: float = 1.0
-    cadence: float = 1.0
-    arm_swing: float = 1.0
-    width: float = 1.0
-    sway: float = 1.0
-    lean: float = 0.0
-    head: float = 0.0
-    toe_out: float = 0.0
-    arm_out: float = 0.0
-    elbow: float = 0.0
-
-
-def person(seed):
-    """Somebody, always the same for the same seed.   int  ->  Person"""
-    rng = np.random.default_rng([21, seed])
-    spread = dict(scale=0.05, stride=0.05, cadence=0.05, arm_swing=0.2, width=0.12, sway=0.2, lean=1.5, head=3.0, toe_out=2.0, arm_out=2.0, elbow=5.0)
-    return Person(**{f.name: f.default + spread[f.name] * rng.uniform(-1.0, 1.0) for f in fields(Person)})
-
-
-@dataclass(frozen=True)
 class Motion:
-    """A clip and the truth about it.   contacts : (T, 4) bool in the order of joints.FEET;  phase : (T,) in [0, 1), 0 when the left foot lands."""
+    """A clip and the truth about it.
+
+    contacts : (T, 4) bool in the order of joints.FEET;  phase : (T,) in [0, 1), 0 when the left foot lands.
+    """
 
     name: str
     content: str
@@ -122,11 +45,12 @@ class Motion:
 
 
 def skeleton_joints(person=Person()):
-    """The 21 joints of joints.SLOTS, standing in a T-pose, in a person's size.   ->  tuple of bvh.Joint, depth first in the order of SLOTS"""
+    """The 21 joints in a T-pose, in a person's size.   ->  tuple of bvh.Joint in the order of joints.SLOTS"""
     turn = ("Zrotation", "Xrotation", "Yrotation")
     sized = {name: tuple(person.scale * x for x in offset) for name, offset in OFFSETS.items()}
     ends = {name: tuple(person.scale * x for x in offset) for name, offset in END_SITES.items()}
-    return tuple(Joint(name, int(parent), sized[name], turn if parent >= 0 else ("Xposition", "Yposition", "Zposition") + turn, ends.get(name))
+    root = ("Xposition", "Yposition", "Zposition") + turn
+    return tuple(Joint(name, int(parent), sized[name], turn if parent >= 0 else root, ends.get(name))
                  for name, parent in zip(SLOTS, PARENTS))
 
 
@@ -134,14 +58,16 @@ def make_clip(content="walk", style="normal", person=Person(), seconds=4.0, seed
     r"""A clip of somebody who walks or jogs somewhere.
 
     content : a name in CONTENTS;  style : a name in STYLES or a Style;  seconds : length, at least one frame;
-    seed : the phase at the start and the small irregularities;  speed : cm/s and turn : radians/s (positive: left) instead of the content's own.
-    ->  Motion of round(60 seconds) frames.   Raises ValueError for a content, style, length or speed that cannot be.
+    seed : the phase at the start and the small irregularities;  speed : cm/s and turn : radians/s (positive: left) instead of the
+    content's own.   ->  Motion of round(60 seconds) frames.   Raises ValueError for a content, style, length, speed or turn that cannot be.
     """
     gait, usual_turn, style_name, style = _resolve(content, style, seconds)
     frames = round(FPS * seconds)
     rng = np.random.default_rng([seed, 4])
     gait, cadence = _styled(gait, style, person, speed)
     turn = usual_turn if turn is None else float(turn)
+    if not abs(turn) <= 3.0:
+        raise ValueError(f"turn: found {turn} radians / second, needed at most 3 to either side")
     path, start = _path(rng, frames, gait.speed, turn, cadence)
     phase, position, yaw = path.phase[start:start + frames], path.position[start:start + frames], path.yaw[start:start + frames]
     feet, centre = _feet(phase, path, gait, style)
@@ -165,7 +91,7 @@ def make_clip(content="walk", style="normal", person=Person(), seconds=4.0, seed
 
 
 def make_database(seconds_per_clip=8.0, people=2, styles=tuple(STYLES), contents=("walk", "jog", "turn-left", "turn-right"), seed=0):
-    """Every content in every style by person(0) .. person(people - 1); names are content_style_number.   ->  list of Motion, always the same"""
+    """Every content in every style by person(0) to person(people - 1).   ->  list of Motion named content_style_number, always the same"""
     motions = []
     for number in range(people):
         for style in styles:
@@ -205,7 +131,8 @@ def _styled(gait, style, person, speed):
     styled = replace(
         gait, speed=speed, stride=stride, stance=min(gait.stance + style.stance, gait.longest), bounce=bounce,
         strike=gait.strike * style.roll, push=gait.push * style.roll, clearance=gait.clearance * style.clearance,
-        width=gait.width * style.width * person.width, height=gait.height - style.crouch - abs(style.bounce), sway=gait.sway * style.sway * person.sway,
+        width=gait.width * style.width * person.width, sway=gait.sway * style.sway * person.sway,
+        height=gait.height - style.crouch - abs(style.bounce),
         lean=gait.lean + style.lean + person.lean, elbow=gait.elbow + (style.elbow + person.elbow) * (1.0 - gait.elbow / 120.0),
         arm_swing=gait.arm_swing * style.arm_swing * person.arm_swing, twist=gait.twist * style.twist)
     return styled, speed / stride if stride else 0.25
@@ -218,7 +145,7 @@ def _slow(rng, time, low=0.1, high=0.5):
 
 
 def _path(rng, frames, speed, turn, cadence):
-    """The way over the floor, three cycles longer than the clip at both ends; the turn sets in within the first 0.8 s.   ->  Path, first frame"""
+    """The way over the floor and three cycles more at both ends; the turn sets in within the first 0.8 s.   ->  Path, its first frame"""
     start = int(np.ceil(3.0 / cadence * FPS))
     time = (np.arange(frames + 2 * start) - start) / FPS
     wander = (0.03 if speed else 0.0) * _slow(rng, time)
@@ -232,8 +159,8 @@ def _path(rng, frames, speed, turn, cadence):
 
 def _irregularity(rng, time, tremor):
     """Nobody is periodic: slow drifts and a tremor, in degrees.   ->  dict of (T,)"""
-    names = {"lean": 0.6, "tilt": 0.6, "look": 3.0, "nod": 1.5, "LeftArm": 1.5, "RightArm": 1.5, "LeftElbow": 2.0, "RightElbow": 2.0}
-    return {name: size * _slow(rng, time) + tremor * _slow(rng, time, 3.0, 6.0) for name, size in names.items()}
+    sizes = {"lean": 0.6, "tilt": 0.6, "look": 3.0, "nod": 1.5, "LeftArm": 1.5, "RightArm": 1.5, "LeftElbow": 2.0, "RightElbow": 2.0}
+    return {name: size * _slow(rng, time) + tremor * _slow(rng, time, 3.0, 6.0) for name, size in sizes.items()}
 
 
 def _waves(phase, centre, sharpness):
@@ -255,9 +182,10 @@ def _feet(phase, path, gait, style):
             stance = float(np.clip(stance + 0.06 * style.limp - 0.18 * weak, 0.15, gait.longest))
         stiff = 1.0 - (1.0 - style.stiffness) * (1.0 - 0.8 * weak)
         feet.append(legs.plan_foot(
-            phase, path, side, start, stance, gait, width=gait.width, ahead=0.12 * (gait.lean + 0.5 * style.slump) + 0.05 * weak * gait.stride,
-            toe_out=np.radians(style.toe_out), strike=np.radians(gait.strike), push=np.radians(gait.push) * (1.0 - 0.5 * stiff),
-            clearance=gait.clearance * (1.0 - 0.5 * stiff), around=5.0 * stiff))
+            phase, path, side, start, stance, gait, width=gait.width,
+            ahead=0.12 * (gait.lean + 0.5 * style.slump) + 0.05 * weak * gait.stride, toe_out=np.radians(style.toe_out),
+            strike=np.radians(gait.strike), push=np.radians(gait.push) * (1.0 - 0.5 * stiff),
+            clearance=max(0.0, gait.clearance * (1.0 - 0.5 * stiff)), around=5.0 * stiff))
         middles.append(start + 0.5 * stance)
     return feet, 0.5 * (middles[0] + middles[1] - 0.5)
 
@@ -271,9 +199,9 @@ def _turned(yaw=0.0, pitch=0.0, roll=0.0):
 def _trunk(rotations, yaw, gait, style, wave, bank, noise):
     """Fill in Hips to Head: the pelvis follows the legs, the shoulders turn against it, the head looks ahead."""
     hurt = style.limp * (0.5 - 0.5 * wave["side"])           # 1 in the middle of the weak leg's stance
-    lean = gait.lean + noise["lean"] + 7.0 * hurt
-    side = style.tilt + bank + noise["tilt"] + style.limp * (3.0 + 6.0 * wave["side"])
-    roll = 0.4 * gait.twist * wave["side"] - 5.0 * style.limp * (1.0 - wave["side"]) * 0.5
+    lean = gait.lean + noise["lean"] + 12.0 * hurt
+    side = style.tilt + bank + noise["tilt"] + style.limp * (4.0 + 8.0 * wave["side"])
+    roll = 0.4 * gait.twist * wave["side"] - 5.0 * hurt
     twist, shoulders = -gait.twist * wave["step"], 0.9 * gait.twist * wave["step"]
     pitch = lean + 0.8 * style.slump                         # of the chest, in the world
     neck = 0.45 * pitch + 0.3 * style.slump + 0.6 * style.head
@@ -293,21 +221,25 @@ def _arms(rotations, gait, style, wave, noise):
     hang = 0.85 * (gait.lean + 0.8 * style.slump)
     for side, name in ((1, "Left"), (-1, "Right")):
         swing = -side * gait.arm_swing * wave["arm"]
-        forward = (1.0 - reach) * (2.0 + hang + style.arm_forward + swing) + reach * (84.0 + 0.7 * hang + 0.3 * swing) + noise[name + "Arm"]
-        elbow = (1.0 - reach) * (gait.elbow + 0.4 * (swing + gait.arm_swing)) + 10.0 * reach + noise[name + "Elbow"]
+        forward = (1.0 - reach) * (2.0 + hang + style.arm_forward + swing) + reach * (84.0 + 0.7 * hang + 0.3 * swing)
+        elbow = (1.0 - reach) * (gait.elbow + 0.4 * (swing + gait.arm_swing)) + 10.0 * reach
         out = 7.0 + style.arm_out
         inwards = (1.0 - reach) * (8.0 + 0.25 * gait.elbow)
-        rotations[:, SLOT[name + "Arm"]] = (_turned(roll=-side * (90.0 - out)) @ _turned(yaw=-side * forward) @ _turned(pitch=inwards))
-        rotations[:, SLOT[name + "ForeArm"]] = _turned(yaw=-side * np.maximum(elbow, 2.0))
+        rotations[:, SLOT[name + "Arm"]] = (_turned(roll=-side * (90.0 - out)) @ _turned(yaw=-side * (forward + noise[name + "Arm"]))
+                                            @ _turned(pitch=inwards))
+        rotations[:, SLOT[name + "ForeArm"]] = _turned(yaw=-side * np.maximum(elbow + noise[name + "Elbow"], 2.0))
         rotations[:, SLOT[name + "Hand"]] = _turned(yaw=-side * (8.0 - 30.0 * reach))
         rotations[:, SLOT[name + "Finger"]] = _turned(yaw=-side * 15.0)
 
 
 def _legs(rotations, hips, feet, wave, gait, style, cadence):
-    """Fill in both legs and the height of `hips`.   ->  {joint: knee angle (T,)}, which may pass 90 degrees, where a matrix forgets the angles"""
+    """Fill in both legs and the height of `hips`.
+
+    ->  {joint: knee angle (T,)}: it may pass 90 degrees, where Euler angles read back from a matrix would jump
+    """
     pelvis = rotations[:, SLOT["Hips"]]
     sockets = [(pelvis @ np.array(OFFSETS[side + "UpLeg"])[:, None])[..., 0] for side in ("Left", "Right")]
-    wanted = gait.height + gait.bounce * wave["twice"] - 2.5 * style.limp * (0.5 - 0.5 * wave["side"])
+    wanted = gait.height + gait.bounce * wave["twice"] - 4.0 * style.limp * (0.5 - 0.5 * wave["side"])
     hips[:, 1] = legs.hip_height(wanted, hips, sockets, feet, max(1, round(0.1 * FPS / cadence)))
     pelvis_yaw = np.unwrap(np.arctan2(pelvis[:, 0, 2], pelvis[:, 2, 2]))
     knees = {}

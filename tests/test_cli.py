@@ -1,0 +1,153 @@
+"""The command line from BVH to BVH, and every wrong input that a newcomer might give it: one line, status 2, nothing left behind."""
+
+import json
+
+import numpy as np
+import pytest
+
+from refimpl.cli import main
+from refimpl.motion import bvh, synthetic
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    """A small folder of BVH clips made by the program."""
+    out = tmp_path_factory.mktemp("clips")
+    for content in ("walk", "jog"):
+        for number in range(2):
+            for style in ("normal", "old"):
+                made = synthetic.make_clip(content, style, synthetic.person(number), seconds=4.5, seed=number)
+                bvh.write_bvh(out / f"{content}_{style}_{number}.bvh", made.clip)
+    return out
+
+
+@pytest.fixture(scope="session")
+def models(folder, tmp_path_factory):
+    """motions.npz, manifold.npz and old.npz, trained for two epochs only."""
+    out = tmp_path_factory.mktemp("models")
+    assert main(["prepare", str(folder), "-o", str(out / "motions.npz"), "--hold-out", "0.5"]) == 0
+    assert main(["train-autoencoder", str(out / "motions.npz"), "-o", str(out / "manifold.npz"), "--epochs", "2", "--hidden", "12",
+                 "--width", "9"]) == 0
+    assert main(["train-style", str(out / "motions.npz"), str(out / "manifold.npz"), "--style", "old", "-o", str(out / "old.npz"),
+                 "--epochs", "2", "--channels", "8", "--width", "9", "--report", str(out / "old.json"), "--curves", str(out / "old.png")]) == 0
+    return out
+
+
+def test_every_step_leaves_its_file(models):
+    measured = json.loads((models / "old.json").read_text())
+    assert measured["style"] == "old" and len(measured["clips"]) == 2
+    assert all(clip["content"] > 0 and clip["projected"] > 0 for clip in measured["clips"])
+    assert (models / "old.png").stat().st_size > 1000
+
+
+def test_transfer_keeps_skeleton_and_frames(models, folder, tmp_path, capsys):
+    out = tmp_path / "stylised walk.bvh"
+    assert main(["transfer", str(models / "old.npz"), str(folder / "walk_normal_1.bvh"), "-o", str(out), "--plot", str(tmp_path / "strip.png"),
+                 "--animate", str(tmp_path / "moving.html")]) == 0
+    content, result = bvh.read_bvh(folder / "walk_normal_1.bvh"), bvh.read_bvh(out)
+    assert result.joints == content.joints and result.frames == content.frames and result.fps == 60
+    assert np.abs(result.values - content.values).max() > 1
+    assert (tmp_path / "strip.png").read_bytes()[:4] == b"\x89PNG"
+    assert "</html>" in (tmp_path / "moving.html").read_text() or "<script" in (tmp_path / "moving.html").read_text()
+    assert "60 frames/s in style 'old'" in capsys.readouterr().out
+
+
+def test_inspect(folder, capsys):
+    assert main(["inspect", str(folder / "walk_old_0.bvh")]) == 0
+    out = capsys.readouterr().out
+    for words in ("21 joints", "60 frames/s", "centimetres", "y is up", "LeftFinger", "XYZ pos ZXY"):
+        assert words in out
+
+
+def no_feet(path, folder):
+    text = (folder / "walk_old_0.bvh").read_text().replace("LeftFoot", "Paw").replace("RightFoot", "Hoof")
+    path.write_text(text)
+    return path
+
+
+def truncated(path, folder):
+    text = (folder / "walk_old_0.bvh").read_text()
+    path.write_text(text[:len(text) // 2])
+    return path
+
+
+def not_a_bvh(path, folder):
+    path.write_text("hello\n")
+    return path
+
+
+@pytest.mark.parametrize("make, words", [(no_feet, "found no joint for LeftFoot, RightFoot"), (truncated, "needed"), (not_a_bvh, "needed HIERARCHY"),
+                                         (lambda path, folder: path, "No such file")])
+@pytest.mark.parametrize("command", ["transfer", "prepare", "inspect"])
+def test_bad_clips(make, words, command, models, folder, tmp_path, capsys):
+    source = tmp_path / "in"
+    source.mkdir()
+    clip = make(source / "walk_normal_9.bvh", folder)
+    out = tmp_path / "out"
+    arguments = {"transfer": ["transfer", str(models / "old.npz"), str(clip), "-o", str(out)],
+                 "prepare": ["prepare", str(source), "-o", str(out)], "inspect": ["inspect", str(clip)]}[command]
+    status = main(arguments)
+    captured = capsys.readouterr()
+    if command == "inspect" and make is no_feet:                 # inspect says what is missing; that is its work
+        assert status == 0 and "missing" in captured.out
+        return
+    if command == "prepare" and not clip.exists():
+        words = "found no BVH file"
+    assert status == 2 and words in captured.err and captured.err.count("\n") <= 2 and "Traceback" not in captured.err
+    assert "refimpl: error:" in captured.err.splitlines()[-1]
+    assert not out.exists() and {p.name for p in tmp_path.iterdir()} <= {"in"}
+
+
+def test_other_wrong_input(models, folder, tmp_path, capsys):
+    motions, manifold = str(models / "motions.npz"), str(models / "manifold.npz")
+    empty, out = tmp_path / "empty", str(tmp_path / "out.npz")
+    empty.mkdir()
+    labels = tmp_path / "labels.csv"
+    labels.write_text("clip,content,style\nnothing,walk,old\n")
+    for arguments, words in (
+            (["prepare", str(empty), "-o", out], "found no BVH file"),
+            (["prepare", str(tmp_path / "nowhere"), "-o", out], "no such folder"),
+            (["prepare", str(folder), "-o", out, "--pattern", "("], "needed a regular expression"),
+            (["prepare", str(folder), "-o", out, "--pattern", "(?P<content>x)"], "needed the named groups"),
+            (["prepare", str(folder), "-o", out, "--pattern", "(?P<content>X)(?P<style>Y)"], "found no clip with labels"),
+            (["prepare", str(folder), "-o", out, "--labels", str(labels)], "labels.csv:2: found no clip 'nothing'"),
+            (["prepare", str(folder), "-o", out, "--hold-out", "1.5"], "--hold-out"),
+            (["prepare", str(folder), "-o", str(empty)], "is a folder"),
+            (["prepare", str(folder), "-o", str(tmp_path / "no" / "out.npz")], "does not exist"),
+            (["train-autoencoder", manifold, "-o", out], "found a refimpl manifold file, needed a refimpl motions file"),
+            (["train-autoencoder", str(folder / "walk_old_0.bvh"), "-o", out], "needed a refimpl motions file"),
+            (["train-style", motions, manifold, "--style", "vampire", "-o", out], "found no exemplar of style 'vampire'"),
+            (["train-style", motions, manifold, "--style", "old", "--content-style", "robot", "-o", out], "found no clip of style 'robot'"),
+            (["train-style", motions, manifold, "--style", "old", "--pair", "walk", "-o", out], "--pair"),
+            (["train-style", motions, manifold, "--style", "old", "--pair", "walk=swim", "-o", out], "no exemplar of content 'swim'"),
+            (["transfer", manifold, str(folder / "walk_old_0.bvh"), "-o", out], "needed a refimpl style file")):
+        assert main(arguments) == 2, arguments
+        captured = capsys.readouterr()
+        assert words in captured.err and "Traceback" not in captured.err and captured.err.count("\n") == 1
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["empty", "labels.csv"]
+
+
+def test_labels_from_a_file(folder, tmp_path, capsys):
+    labels = tmp_path / "labels.csv"
+    labels.write_text("clip,content,style\nwalk_old_0,stroll,ancient\nwalk_normal_0.bvh,stroll,normal\n")
+    assert main(["prepare", str(folder), "-o", str(tmp_path / "m.npz"), "--labels", str(labels)]) == 0
+    out = capsys.readouterr().out
+    assert "ancient" in out and "2 of 8 clips" in out
+
+
+def test_help_of_every_command(capsys):
+    for command in ("demo", "inspect", "prepare", "train-autoencoder", "train-style", "transfer"):
+        with pytest.raises(SystemExit) as stopped:
+            main([command, "--help"])
+        assert stopped.value.code == 0
+        assert "usage: refimpl" in capsys.readouterr().out
+
+
+@pytest.mark.mocap
+def test_a_real_clip_is_stylised_on_its_own_skeleton(mocap, models, tmp_path):
+    """The small model knows the made skeleton only; the clip's proportions, joints and frame rate are its own."""
+    clip = mocap / "bandai2" / "dataset-2_walk-turn-left_normal_001.bvh"
+    out = tmp_path / "out.bvh"
+    assert main(["transfer", str(models / "old.npz"), str(clip), "-o", str(out)]) == 0
+    content, result = bvh.read_bvh(clip), bvh.read_bvh(out)
+    assert result.joints == content.joints and result.fps == 60 and result.frames == 2 * content.frames - 1
