@@ -9,7 +9,7 @@ from ..holden2017.measure import held_out_distances
 from ..holden2017.lesson import make_lesson, normalised_windows
 from ..holden2017.model import Manifold, Style, load_manifold, save_manifold, save_style
 from ..holden2017.total import Weights
-from ..holden2017.train import BATCH, RATE, train_autoencoder, train_style
+from ..holden2017.train import AUTOENCODER_RATE, BATCH, RATE, train_autoencoder, train_style
 from ..motion.dataset import load_dataset
 from ..motion.prepare import fit_normaliser
 from ..storage import atomic_write, check_writable
@@ -21,7 +21,7 @@ def add_commands(commands):
                                    description="Train the convolutional autoencoder, the loss network of equations 1 to 3.")
     manifold.add_argument("motions", metavar="MOTIONS.npz", help="what `refimpl prepare` wrote")
     manifold.add_argument("-o", "--output", metavar="MANIFOLD.npz", required=True)
-    _training_options(manifold, epochs=25)
+    _training_options(manifold, epochs=25, rate=AUTOENCODER_RATE)
     manifold.add_argument("--hidden", type=_whole, default=256, metavar="M", help="hidden units (default: %(default)s)")
     manifold.add_argument("--dropout", type=float, default=0.25, metavar="P",
                           help="share of input numbers set to 0 while it learns; 0 is equation 3 as printed (default: %(default)s)")
@@ -34,7 +34,7 @@ def add_commands(commands):
     style.add_argument("manifold", metavar="MANIFOLD.npz", help="what `refimpl train-autoencoder` wrote")
     style.add_argument("--style", required=True, metavar="NAME", help="the label of the style's exemplar clips")
     style.add_argument("-o", "--output", metavar="STYLE.npz", required=True)
-    _training_options(style, epochs=100)
+    _training_options(style, epochs=100, rate=RATE)
     style.add_argument("--channels", type=_whole, default=128, metavar="C", help="channels between its layers (default: %(default)s)")
     style.add_argument("--content-style", default="normal", metavar="NAME", help="the style of the clips to learn on (default: %(default)s)")
     style.add_argument("--clips", metavar="REGEX", help="learn only on content clips in whose name this is found")
@@ -51,10 +51,10 @@ def add_commands(commands):
     style.set_defaults(run=run_style)
 
 
-def _training_options(command, epochs):
+def _training_options(command, epochs, rate):
     command.add_argument("--epochs", type=_whole, default=epochs, metavar="N", help="(default: %(default)s)")
     command.add_argument("--batch", type=_whole, default=BATCH, metavar="N", help="windows a step (default: %(default)s)")
-    command.add_argument("--rate", type=float, default=RATE, metavar="R", help="Adam's learning rate (default: %(default)s)")
+    command.add_argument("--rate", type=float, default=rate, metavar="R", help="Adam's learning rate (default: %(default)s)")
     command.add_argument("--width", type=_whole, default=25, metavar="K", help="frames of a filter (default: %(default)s)")
     command.add_argument("--seed", type=int, default=0, metavar="N", help="(default: %(default)s)")
     command.add_argument("--curves", metavar="FILE.png", help="draw the losses by epoch")

@@ -39,12 +39,12 @@ def run(arguments):
 
 def draw(content, result, picture, animation, unit):
     """The picture and the animation of a transfer, from the pose of the written clip."""
-    from .. import plot
+    from .. import animate, plot
     from ..motion.take import make_take
     motions = {"content": content, "result": make_take(result.clip).positions}
     if picture:
         plot.save(plot.strip(motions, unit=unit), picture)
         print(f"{picture}: content and result")
     if animation:
-        frames = plot.animation_html(motions, 60.0, animation)
+        frames = animate.animation_html(motions, 60.0, animation)
         print(f"{animation}: {frames} pictures")

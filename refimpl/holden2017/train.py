@@ -15,6 +15,7 @@ from .networks import autoencoder_loss, autoencoder_loss_backward, init_loss_net
 from .total import Weights, total_loss, total_loss_backward
 
 BATCH, RATE = 10, 1e-3
+AUTOENCODER_RATE = 1e-4                                         # with 1e-3 its loss rises again after a few epochs
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def start_state(params):
     return State(params, nn.adam_start(params), 0)
 
 
-def train_autoencoder(X, *, epochs, batch=BATCH, rate=RATE, alpha=0.01, dropout=0.25, hidden=256, width=25, seed=0, state=None, kernels=nn):
+def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.01, dropout=0.25, hidden=256, width=25, seed=0, state=None, kernels=nn):
     r"""Train the loss network by equation 3.
 
     X : (N, 66, T) normalised windows, float32 or float64, T even;  dropout : share of input numbers set to 0 (the others grow by
@@ -63,7 +64,7 @@ def train_autoencoder(X, *, epochs, batch=BATCH, rate=RATE, alpha=0.01, dropout=
             settings = dict(alpha=alpha, noisy=noisy, kernels=kernels)
             return {"loss": autoencoder_loss(clean, params, **settings)}, autoencoder_loss_backward(X.dtype.type(1), clean, params, **settings)[1]
 
-        record, state = _epoch(state, epoch, _batches(rng, len(X), batch), step, rate)
+        record, state = _epoch(state, epoch, _batches(rng, len(X), batch), step, annealed(rate, epoch, epochs))
         yield record, state
 
 
@@ -84,8 +85,16 @@ def train_style(lesson, manifold, *, epochs, weights=Weights(), batch=BATCH, rat
 
     for epoch in range(state.epoch + 1, epochs + 1):
         rng = np.random.default_rng([seed, 3, epoch])
-        record, state = _epoch(state, epoch, _batches(rng, len(lesson.X), batch), step, rate)
+        record, state = _epoch(state, epoch, _batches(rng, len(lesson.X), batch), step, annealed(rate, epoch, epochs))
         yield record, state
+
+
+def annealed(rate, epoch, epochs):
+    """The learning rate of an epoch (from 1): constant in the first half, then falling in a straight line to nearly 0.
+
+    Norms that are not squared pull equally hard near their minimum; with a constant rate the weights would tremble there to the end.
+    """
+    return rate * min(1.0, 2.0 * (1.0 - (epoch - 0.5) / epochs))
 
 
 def _batches(rng, count, size):

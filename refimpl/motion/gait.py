@@ -8,7 +8,7 @@ phase with a continuous velocity; time is always the first axis, and nothing loo
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import convolve1d, minimum_filter1d
+from scipy.ndimage import convolve1d, maximum_filter1d
 
 from . import rotation
 
@@ -177,13 +177,14 @@ def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, 
 def hip_height(wanted, hips, sockets, feet, frames):
     r"""The height of the hips that every planted leg can reach, near the wanted one and smooth.
 
-    A planted leg with its ankle at (x, y, z) allows its socket no more than `y + sqrt(REACH^2 - horizontal distance^2)`. Each frame takes
-    the lowest height wanted or allowed within `frames` before and after, then a weighted mean of these over the same window. All of them are
-    lows of windows around the frame in question, so their mean is never above what is allowed there.
+    A planted leg with its ankle at (x, y, z) allows its socket no more than `y + sqrt(REACH^2 - horizontal distance^2)`. What is wanted beyond
+    that is too much; each frame gives up the most that is too much within `frames` before and after, averaged over the same window. All
+    that is averaged are largest values of windows around the frame in question, so it is never less than what is too much there.
 
     wanted : (T,);  hips : (T, 3), y ignored;  sockets : two (T, 3) from the hips to the hip joints;  feet : two FootPlans  ->  (T,)
     Raises ValueError when a planted foot is too far away.
     """
+    excess = np.zeros_like(wanted)
     for socket, foot in zip(sockets, feet):
         away = foot.ankle - hips - socket
         square = REACH ** 2 - away[:, 0] ** 2 - away[:, 2] ** 2
@@ -193,21 +194,22 @@ def hip_height(wanted, hips, sockets, feet, frames):
             raise ValueError(f"speed, turn, style: found a foot planted {far:.0f} cm from the hips, needed at most {0.8 * REACH:.0f} cm "
                              "on a body of average size; take a lower speed or a shorter stride")
         allowed = foot.ankle[:, 1] - socket[:, 1] + np.sqrt(np.maximum(square, 0.0))
-        wanted = np.where(planted, np.minimum(wanted, allowed), wanted)
+        excess = np.where(planted, np.maximum(excess, wanted - allowed), excess)
     weights = bump(np.arange(1, 2 * frames + 2) / (2 * frames + 2))
-    return convolve1d(minimum_filter1d(wanted, 2 * frames + 1, mode="nearest"), weights / weights.sum(), mode="nearest")
+    return wanted - convolve1d(maximum_filter1d(excess, 2 * frames + 1, mode="nearest"), weights / weights.sum(), mode="nearest")
 
 
 def within_reach(socket, foot):
-    """The ankle, drawn towards its hip joint where it would stretch the leg. Only a swinging foot ever is.
+    """The ankle, drawn towards its hip joint where it would stretch the leg. Only a swinging foot is, and the knee has time to give way.
 
     socket : (T, 3)  ->  ankle (T, 3)
     """
     away = foot.ankle - socket
     distance = np.linalg.norm(away, axis=-1, keepdims=True)
-    soft = 0.01 * REACH
-    over = np.maximum(distance - REACH, 0.0)
-    shift = np.where(over > 1e-9, soft * np.tanh(over / soft) - over, 0.0) * away / distance
+    easy = REACH - 3.0 * (4.0 * foot.swing * (1.0 - foot.swing))[:, None]
+    soft = 1.01 * REACH - easy
+    over = np.maximum(distance - easy, 0.0) * (foot.swing > 0)[:, None]
+    shift = (soft * np.tanh(over / soft) - over) * away / distance
     return foot.ankle + shift
 
 

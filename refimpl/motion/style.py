@@ -57,7 +57,7 @@ STYLES = {
                      limp=1.0),
     "proud": Style(speed=1.05, stride=1.08, roll=1.1, twist=1.2, arm_swing=1.35, lean=-5.0, slump=-12.0, head=-10.0, arm_out=8.0,
                    bounce=1.0),
-    "childlike": Style(speed=1.05, stride=0.82, clearance=1.9, sway=1.3, twist=1.6, arm_swing=1.7, head=-6.0, arm_out=16.0, elbow=10.0,
+    "childlike": Style(speed=1.05, stride=0.82, clearance=1.5, sway=1.3, twist=1.6, arm_swing=1.7, head=-6.0, arm_out=16.0, elbow=10.0,
                        bounce=2.2),
     "angry": Style(speed=1.25, width=1.2, twist=1.4, arm_swing=1.35, lean=12.0, head=10.0, arm_out=9.0, elbow=45.0, sharpness=0.8),
 }

@@ -64,6 +64,7 @@ def make_clip(content="walk", style="normal", person=Person(), seconds=4.0, seed
     gait, usual_turn, style_name, style = _resolve(content, style, seconds)
     frames = round(FPS * seconds)
     rng = np.random.default_rng([seed, 4])
+    style = _worn_by(style, person)
     gait, cadence = _styled(gait, style, person, speed)
     turn = usual_turn if turn is None else float(turn)
     if not abs(turn) <= 3.0:
@@ -113,8 +114,15 @@ def _resolve(content, style, seconds):
     return *CONTENTS[content], name, style if isinstance(style, Style) else STYLES[style]
 
 
+def _worn_by(style, person):
+    """The style with a person's habits in it.   ->  Style"""
+    habits = {name: getattr(style, name) * getattr(person, name) for name in ("arm_swing", "width", "sway")}
+    habits.update({name: getattr(style, name) + getattr(person, name) for name in ("lean", "head", "toe_out", "arm_out", "elbow")})
+    return replace(style, **habits)
+
+
 def _styled(gait, style, person, speed):
-    """The gait with a style's and a person's numbers in it, for a body of average size.   ->  Gait, cadence in cycles a second
+    """The gait with a style's numbers in it, for a body of average size.   ->  Gait, cadence in cycles a second
 
     The stride grows with the square root of the speed, and so does the cadence.
     """
@@ -127,15 +135,17 @@ def _styled(gait, style, person, speed):
                          "for this content and person")
     own = gait.stride * style.stride * np.sqrt(person.stride / person.cadence)
     stride = own * np.sqrt(speed / gait.speed) if gait.speed else 0.0
-    bounce = gait.bounce + np.sign(gait.bounce) * style.bounce
+    cadence = speed / stride if stride else 0.25
+    falling = 981.0 / (4 * np.pi * cadence) ** 2             # cm: the amplitude of a bounce at twice the cadence that falls freely
+    bounce = np.sign(gait.bounce) * min(abs(gait.bounce) + style.bounce, falling)
     styled = replace(
         gait, speed=speed, stride=stride, stance=min(gait.stance + style.stance, gait.longest), bounce=bounce,
         strike=gait.strike * style.roll, push=gait.push * style.roll, clearance=gait.clearance * style.clearance,
-        width=gait.width * style.width * person.width, sway=gait.sway * style.sway * person.sway,
-        height=gait.height - style.crouch - abs(style.bounce),
-        lean=gait.lean + style.lean + person.lean, elbow=gait.elbow + (style.elbow + person.elbow) * (1.0 - gait.elbow / 120.0),
-        arm_swing=gait.arm_swing * style.arm_swing * person.arm_swing, twist=gait.twist * style.twist)
-    return styled, speed / stride if stride else 0.25
+        width=gait.width * style.width, sway=gait.sway * style.sway,
+        height=gait.height - style.crouch - 1.2 * abs(style.bounce),
+        lean=gait.lean + style.lean, elbow=gait.elbow + style.elbow * (1.0 - gait.elbow / 120.0),
+        arm_swing=gait.arm_swing * style.arm_swing, twist=gait.twist * style.twist)
+    return styled, cadence
 
 
 def _slow(rng, time, low=0.1, high=0.5):
@@ -240,7 +250,7 @@ def _legs(rotations, hips, feet, wave, gait, style, cadence):
     pelvis = rotations[:, SLOT["Hips"]]
     sockets = [(pelvis @ np.array(OFFSETS[side + "UpLeg"])[:, None])[..., 0] for side in ("Left", "Right")]
     wanted = gait.height + gait.bounce * wave["twice"] - 4.0 * style.limp * (0.5 - 0.5 * wave["side"])
-    hips[:, 1] = legs.hip_height(wanted, hips, sockets, feet, max(1, round(0.1 * FPS / cadence)))
+    hips[:, 1] = legs.hip_height(wanted, hips, sockets, feet, max(1, round(0.12 * FPS / cadence)))
     pelvis_yaw = np.unwrap(np.arctan2(pelvis[:, 0, 2], pelvis[:, 2, 2]))
     knees = {}
     for side, socket, foot in zip(("Left", "Right"), sockets, feet):

@@ -161,14 +161,18 @@ def extrapolate(phi, steps=STEPS):
 
         D_0(h) = (phi(h) - phi(-h)) / 2 h,    D_k(h) = D_{k-1}(h) + (D_{k-1}(h) - D_{k-1}(4 h)) / (16^k - 1)
 
-    The entry that differs least from its neighbours is taken: large steps meet kinks, small ones meet rounding.   ->  derivative, its error
+    The entry in least doubt is taken: large steps meet kinks (neighbours differ), small ones meet rounding (of phi, divided by h).
+
+    ->  derivative, its doubt
     """
     best, error, previous = np.nan, np.inf, []
     for h in steps:
-        row = [(phi(h) - phi(-h)) / (2 * h)]
+        up, down = phi(h), phi(-h)
+        row = [(up - down) / (2 * h)]
+        rounding = np.finfo(float).eps * max(abs(up), abs(down)) / h
         for k, coarser in enumerate(previous, start=1):
             row.append(row[-1] + (row[-1] - coarser) / (16.0 ** k - 1))
-            doubt = max(abs(row[-1] - row[-2]), abs(row[-1] - coarser))
+            doubt = max(abs(row[-1] - row[-2]), abs(row[-1] - coarser)) + rounding
             if doubt <= error:
                 best, error = row[-1], doubt
         previous = row

@@ -80,8 +80,8 @@ def test_training_goes_on_where_it_stopped():
     lesson, manifold = lesson_and_manifold()
     settings = dict(epochs=6, channels=4, width=3)
     *_, (_, whole) = train.train_style(lesson, manifold, **settings)
-    states = [state for _, state in train.train_style(lesson, manifold, **{**settings, "epochs": 3})]
-    *_, (_, resumed) = train.train_style(lesson, manifold, state=states[-1], **settings)
+    states = [state for _, state in train.train_style(lesson, manifold, **settings)]
+    *_, (_, resumed) = train.train_style(lesson, manifold, state=states[2], **settings)
     for name in whole.params:
         np.testing.assert_array_equal(whole.params[name], resumed.params[name])
 
