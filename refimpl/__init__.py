@@ -8,7 +8,7 @@ The rooms, from the ground floor up; imports only point downwards:
   checker that proves them. Knows nothing of motion. Begin with `nn.gram`.
 - `refimpl.holden2017`: Holden, Habibie, Kusajima, Komura 2017, "Fast Neural Style Transfer for Motion Data". `networks` are its figure 1,
   `losses` its equations 4 to 9, `total` equation 10, `train` and `transfer` the rest.
-- `refimpl.plot`: pictures and animations; the only room that imports Matplotlib.
+- `refimpl.plot` and `refimpl.animate`: pictures and animations; nothing else imports Matplotlib.
 - `refimpl.commands` and `refimpl.cli`: the command line, one file a step.
 
     from refimpl import nn

@@ -1,7 +1,7 @@
 r"""Motions that move: a page of HTML with a player, in which the figures walk side by side at their true speed.
 
-The page holds its pictures itself and needs no network. The camera follows each figure's root; a floor grid that stays in the world and the way
-on the floor show how far it goes.
+The page holds its pictures itself and needs no network. The camera follows each figure's root; a floor grid that stays in the world and
+the way on the floor show how far it goes.
 """
 
 import hashlib
@@ -108,8 +108,8 @@ def _floor(centre, square, radius, view):
 
 
 def _offline(text, interval):
-    """Matplotlib's player made to start by itself, to keep its exact interval (milliseconds), to need no icon font from elsewhere and to be the
-    same text each time it is made."""
+    """Matplotlib's player, changed: it starts by itself, keeps its exact interval (milliseconds), needs no icon font from elsewhere, and is
+    the same text each time it is made."""
     text = re.sub(r'<link rel="stylesheet"\s+href="https?://[^"]*font-awesome[^"]*">\s*', "", text)
     text = re.sub(r'<i class="fa fa-([^"]*)"></i>', lambda match: _SIGNS.get(match.group(1), match.group(1)), text)
     name = re.search(r'id="_anim_img([0-9a-f]{32})"', text).group(1)

@@ -142,7 +142,7 @@ def strip(motions, path=None, *, every=None, title="", view="three-quarter", fps
         ax.plot([left, right], [0, 0], color="#bbbbbb", linewidth=1.0, zorder=1)
         for number, pose in enumerate(poses):
             draw_pose(ax, pose, view, colour=colour, shift=(number * step, 0.0), width=thick)
-        ax.text(left, high, label, color=colour, fontsize=13, fontweight="bold", va="top")
+        ax.text(left, high - 0.04 * leg, label, color=colour, fontsize=13, fontweight="bold", va="top")
         top = project(np.array([0.0, bar, 0.0]), view)[0][1]
         ax.plot([left + 0.08 * leg] * 2, [0, top], color="#555555", linewidth=1.6, marker="_", markersize=6)
         ax.text(left + 0.16 * leg, 0.5 * top, f"{bar:g} {unit}", color="#555555", fontsize=9, va="center", rotation=90)

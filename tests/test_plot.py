@@ -23,7 +23,8 @@ def world(*arguments, **options):
 
 @pytest.fixture(scope="module")
 def motions():
-    return {"style": world("walk", "zombie", seconds=2.0), "content": world("turn-left", "normal", seconds=2.0), "result": world("walk", "old", seconds=1.5)}
+    return {"style": world("walk", "zombie", seconds=2.0), "content": world("turn-left", "normal", seconds=2.0),
+            "result": world("walk", "old", seconds=1.5)}
 
 
 def texts(ax):
@@ -140,7 +141,8 @@ def test_four_seconds_are_drawn_soon_and_stay_small(tmp_path):
     assert time.perf_counter() - start < 12.0 and (tmp_path / "pair.html").stat().st_size < 8e6
 
 
-@pytest.mark.parametrize("bad, says", [({}, "none"), ({"a": np.zeros((4, 20, 3))}, r"'a'.*\(4, 20, 3\)"), ({"a": np.full((2, 21, 3), np.nan)}, "finite")])
+@pytest.mark.parametrize("bad, says", [
+    ({}, "none"), ({"a": np.zeros((4, 20, 3))}, r"'a'.*\(4, 20, 3\)"), ({"a": np.full((2, 21, 3), np.nan)}, "finite")])
 def test_refuses_what_is_no_motion(bad, says):
     for draw in (plot.strip, plot.paths, lambda m: animate.player(m, 60)):
         with pytest.raises(ValueError, match=says):

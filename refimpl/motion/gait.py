@@ -177,9 +177,9 @@ def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, 
 def hip_height(wanted, hips, sockets, feet, frames):
     r"""The height of the hips that every planted leg can reach, near the wanted one and smooth.
 
-    A planted leg with its ankle at (x, y, z) allows its socket no more than `y + sqrt(REACH^2 - horizontal distance^2)`. What is wanted beyond
-    that is too much; each frame gives up the most that is too much within `frames` before and after, averaged over the same window. All
-    that is averaged are largest values of windows around the frame in question, so it is never less than what is too much there.
+    A planted leg with its ankle at (x, y, z) allows its socket no more than `y + sqrt(REACH^2 - horizontal distance^2)`. What is wanted
+    beyond that is too much; each frame gives up the most that is too much within `frames` before and after, averaged over the same window.
+    All that is averaged are largest values of windows around the frame in question, so it is never less than what is too much there.
 
     wanted : (T,);  hips : (T, 3), y ignored;  sockets : two (T, 3) from the hips to the hip joints;  feet : two FootPlans  ->  (T,)
     Raises ValueError when a planted foot is too far away.
