@@ -4,9 +4,9 @@ import argparse
 import os
 import sys
 
-from .commands import demo, inspect, prepare, train, transfer
+from .commands import check, demo, inspect, prepare, train, transfer
 
-GROUPS = (demo, inspect, prepare, train, transfer)
+GROUPS = (demo, inspect, prepare, train, transfer, check)
 
 
 def parser():

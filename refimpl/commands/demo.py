@@ -23,8 +23,6 @@ from .progress import Progress, epoch_line
 HIDDEN, CHANNELS = 64, 48
 PEOPLE, SECONDS, HELD_OUT = 5, 4.5, 0.2
 EPOCHS, RATES = {"autoencoder": 30, "style": 60}, {"autoencoder": 5e-4, "style": 1e-3}
-# Fewer hidden units make smaller Gram matrices: the paper's s = 0.01 is for 256 of them and would leave the content as it is.
-STYLE_WEIGHT = 0.02
 
 
 def add_commands(commands):
@@ -87,7 +85,7 @@ def _manifold(dataset, seed):
 
 def _style(lesson, exemplars, manifold, name, seed):
     epochs = train_style(lesson, manifold, epochs=EPOCHS["style"], rate=RATES["style"], channels=CHANNELS, seed=seed,
-                         weights=Weights(style=STYLE_WEIGHT).for_leg(manifold.leg))
+                         weights=Weights().for_leg(manifold.leg))
     records, state = _follow(epochs, EPOCHS["style"])
     return Style(state.params, manifold, name, tuple(exemplars)), records
 

@@ -23,7 +23,7 @@ def add_commands(commands):
     manifold.add_argument("-o", "--output", metavar="MANIFOLD.npz", required=True)
     _training_options(manifold, epochs=25, rate=AUTOENCODER_RATE)
     manifold.add_argument("--hidden", type=_whole, default=256, metavar="M", help="hidden units (default: %(default)s)")
-    manifold.add_argument("--dropout", type=float, default=0.25, metavar="P",
+    manifold.add_argument("--dropout", type=float, default=0.1, metavar="P",
                           help="share of input numbers set to 0 while it learns; 0 is equation 3 as printed (default: %(default)s)")
     manifold.add_argument("--alpha", type=float, default=0.01, metavar="A", help="weight of the sparsity term (default: %(default)s)")
     manifold.set_defaults(run=run_autoencoder)

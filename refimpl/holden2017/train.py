@@ -46,7 +46,7 @@ def start_state(params):
     return State(params, nn.adam_start(params), 0)
 
 
-def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.01, dropout=0.25, hidden=256, width=25, seed=0, state=None, kernels=nn):
+def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.01, dropout=0.1, hidden=256, width=25, seed=0, state=None, kernels=nn):
     r"""Train the loss network by equation 3.
 
     X : (N, 66, T) normalised windows, float32 or float64, T even;  dropout : share of input numbers set to 0 (the others grow by

@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import nn
 from ..motion.dataset import to_scale
-from ..motion.features import decode
+from ..motion.features import VELOCITIES, decode
 from ..motion.retarget import to_clip
 from .networks import project, transform
 
@@ -31,10 +31,14 @@ def stylise(features, style, *, projected=True, kernels=nn):
 def transfer(take, style, *, projected=True, kernels=nn):
     """Stylise a take.   Take, Style  ->  Stylised
 
-    The character is brought to the model's size and back, and starts where and as the content starts.
+    The character is brought to the model's size and back, and starts where and as the content starts. Its root keeps the velocities of
+    T(I), which equation 9 holds to the content's; the projection would lead the path astray (see the README's deviations).
     """
     leg = take.leg
     content = to_scale(take.features, leg, style.manifold.leg)
-    features = to_scale(stylise(content, style, projected=projected, kernels=kernels), style.manifold.leg, leg)
+    moved = stylise(content, style, projected=projected, kernels=kernels)
+    if projected:
+        moved[:, VELOCITIES] = stylise(content, style, projected=False, kernels=kernels)[:, VELOCITIES]
+    features = to_scale(moved, style.manifold.leg, leg)
     positions = decode(features, take.start)
     return Stylised(to_clip(take, positions), positions, features)

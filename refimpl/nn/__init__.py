@@ -5,12 +5,15 @@ Nothing is modified or remembered. Batches are `(N, C, T)`: clips, channels, fra
 
 - `conv`: conv1d and its adjoint conv_transpose1d.   `pool`: max- and average-pooling and their ways back.
 - `activation`: relu.   `gram`: the Gram matrix.   `norms`: sizes and errors.   `adam`: the optimiser.
-- `gradcheck`: is a gradient right?   `contract`: what every backward must keep.   `conventions`: kinks and ties, as data.
+- `gradcheck`: is a gradient right?   `derivative`: how to measure one.   `contract`: what every backward must keep.
+- `conventions`: kinks, ties and forms, with who does otherwise, as data.   `plain`: the plainest convolution, to read first.
 """
 
+from . import conventions, plain
 from .activation import relu, relu_backward
 from .adam import adam_start, adam_step
 from .contract import check_contract
+from .conventions import CONVENTIONS
 from .conv import conv1d, conv1d_backward, conv_transpose1d, conv_transpose1d_backward
 from .errors import GradientError
 from .gradcheck import check_direction, check_gradient, check_kink

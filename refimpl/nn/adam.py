@@ -9,7 +9,8 @@ VARIANTS = ("kingma-ba", "epsilon-hat", "no-bias-correction")
 
 def adam_start(params):
     """The state before the first step: t = 0, both moments zero.   params : {name: array}  ->  dict of t, m, v"""
-    check_arrays(analytic=False, **params)
+    for name, p in params.items():
+        check_arrays(**{f"params[{name!r}]": p}, analytic=False)
     return {"t": 0, "m": {k: np.zeros_like(p) for k, p in params.items()}, "v": {k: np.zeros_like(p) for k, p in params.items()}}
 
 
@@ -27,6 +28,7 @@ def adam_step(params, gradients, state, *, rate=1e-3, beta1=0.9, beta2=0.999, ep
     ->  new params, new state; the arguments are left as they were
     """
     _check(params, gradients, state, variant, rate=rate, beta1=beta1, beta2=beta2, epsilon=epsilon)
+    rate, beta1, beta2, epsilon = map(float, (rate, beta1, beta2, epsilon))  # of no precision of their own: float32 stays float32
     t = state["t"] + 1
     m = {k: beta1 * state["m"][k] + (1 - beta1) * g for k, g in gradients.items()}
     v = {k: beta2 * state["v"][k] + (1 - beta2) * (g * g) for k, g in gradients.items()}
@@ -45,6 +47,9 @@ def _check(params, gradients, state, variant, **numbers):
     for name, number in numbers.items():
         if isinstance(number, (bool, np.bool_)) or not isinstance(number, (int, float)) or not number >= 0 or (name[:4] == "beta" and number >= 1):
             raise ValueError(f"{name}: found {number!r}, needed a Python number from 0 {'to below 1' if name[:4] == 'beta' else 'on'}")
+    if not isinstance(state, dict) or set(state) != {"t", "m", "v"}:
+        raise ValueError(f"state: found {sorted(state) if isinstance(state, dict) else type(state).__name__}, needed t, m and v; "
+                         "begin with adam_start(params)")
     for what, other in (("gradients", gradients), ("state['m']", state["m"]), ("state['v']", state["v"])):
         if set(other) != set(params):
             raise ValueError(f"{what}: found {sorted(other)}, needed the keys of params, {sorted(params)}")

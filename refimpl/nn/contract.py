@@ -1,7 +1,8 @@
 r"""What every backward must keep, whatever it computes.
 
 Inputs and upstream gradient are read and left as they were, to the last bit; the gradient has its input's shape and type and memory of its own;
-it is the same bits on every call; it is linear in the upstream gradient; and it does not depend on how the arrays lie in memory.
+it is the same bits on every call, whatever was computed in between; it is linear in the upstream gradient; and it does not depend on how the
+arrays lie in memory.
 """
 
 import numpy as np
@@ -26,8 +27,9 @@ def check_contract(f, f_backward, *inputs, names=None, seed=0, batched=None, sin
     gradients = _gradients(f_backward, dy, inputs)
     _own_memory(gradients, dy, inputs, names)
     _types(gradients, inputs, names)
-    _repeatable(f_backward, dy, inputs, names, gradients, rng)
+    _repeatable(f, f_backward, dy, inputs, names, rng)
     _linear(f_backward, dy, inputs, names, gradients, rng)
+    _spread_upstream(f_backward, y, inputs, names)
     _layouts(f, f_backward, dy, inputs, names, gradients)
     if single:
         small = [x.astype(np.float32) if _is_float(x) else x for x in inputs]
@@ -70,16 +72,17 @@ def _left_alone(what, function, arguments, names):
 
 
 def _own_memory(gradients, dy, inputs, names):
+    """No memory shared with an argument or another gradient, and writeable: the caller may add to it in place."""
     others = [("the upstream gradient", dy)] + [(name, x) for name, x in zip(names, inputs) if isinstance(x, np.ndarray)]
     for i, gradient in gradients.items():
+        if not isinstance(gradient, np.ndarray):
+            continue
+        if not gradient.flags.writeable:
+            raise GradientError(f"{names[i]}: found a read-only gradient (np.broadcast_to?), needed memory of its own")
         for name, other in others:
-            if isinstance(gradient, np.ndarray) and np.may_share_memory(gradient, other) and np.shares_memory(gradient, other):
+            if np.shares_memory(gradient, other):
                 raise GradientError(f"{names[i]}: its gradient shares memory with {name}, needed memory of its own")
-    arrays = [(names[i], g) for i, g in gradients.items() if isinstance(g, np.ndarray)]
-    for a, (name, g) in enumerate(arrays):
-        for other_name, other in arrays[a + 1:]:
-            if np.may_share_memory(g, other) and np.shares_memory(g, other):
-                raise GradientError(f"the gradients of {name} and {other_name} share memory, needed memory of their own")
+        others.append((f"the gradient of {names[i]}", gradient))
 
 
 def _types(gradients, inputs, names):
@@ -89,14 +92,29 @@ def _types(gradients, inputs, names):
             raise GradientError(f"{names[i]}: found a gradient {found.dtype} {found.shape}, needed {inputs[i].dtype} {inputs[i].shape}, as its input")
 
 
-def _repeatable(f_backward, dy, inputs, names, gradients, rng):
-    """Once more, and once more after a call with something else: a hidden state would show."""
-    for between in (None, rng.standard_normal(dy.shape).astype(dy.dtype)):
-        if between is not None:
-            f_backward(between, *inputs)
-        for i, again in _gradients(f_backward, dy, inputs).items():
-            if not _same_bits(gradients[i], again):
-                raise GradientError(f"{names[i]}: found another gradient on a second call with the same arguments, needed the same bits")
+def _repeatable(f, f_backward, dy, inputs, names, rng):
+    """Again, after other upstream gradients and other inputs: a hidden state, a stale cache or a buffer used twice would show."""
+    first = _gradients(f_backward, dy, inputs)
+    kept = {i: np.array(gradient) for i, gradient in first.items()}
+    again = _gradients(f_backward, dy, inputs)
+    _same_gradients(kept, again, names, "on a second call with the same arguments")
+    f_backward(rng.standard_normal(dy.shape).astype(dy.dtype), *inputs)
+    _same_gradients(kept, _gradients(f_backward, dy, inputs), names, "after a call with another upstream gradient")
+    others = [np.flip(x).copy() if _is_float(x) else x for x in inputs]      # the same numbers elsewhere: still where f is defined
+    try:
+        other_dy = rng.standard_normal(np.shape(f(*others))).astype(dy.dtype)
+        f_backward(other_dy, *others)
+        f(*others)
+    except ValueError:
+        return                                                               # f takes special inputs only
+    _same_gradients(kept, _gradients(f_backward, dy, inputs), names, "after calls with other inputs")
+    _same_gradients(kept, first, names, "in the array of the first call, later (a buffer used twice?),")
+
+
+def _same_gradients(needed, found, names, when):
+    for i, gradient in found.items():
+        if not _same_bits(needed[i], gradient):
+            raise GradientError(f"{names[i]}: found another gradient {when}; needed the same bits")
 
 
 def _linear(f_backward, dy, inputs, names, gradients, rng):
@@ -111,16 +129,30 @@ def _linear(f_backward, dy, inputs, names, gradients, rng):
                                 f"(off by {np.abs(mixed[i] - expected).max():.3g} at a size of {size:.3g})")
 
 
+def _spread_upstream(f_backward, y, inputs, names):
+    """An upstream gradient of stride 0, as a sum's backward makes it with np.broadcast_to, is as good as any."""
+    spread = np.broadcast_to(y.dtype.type(0.7), y.shape)
+    needed = _gradients(f_backward, spread.copy(), inputs)
+    for i, gradient in _gradients(f_backward, spread, inputs).items():
+        if not _close(gradient, needed[i]):
+            raise GradientError(f"{names[i]}: found another gradient for an upstream gradient of stride 0 (np.broadcast_to)")
+
+
+def _reversed(x):
+    """The same array, its memory running backwards."""
+    return np.flip(np.ascontiguousarray(np.flip(x)))
+
+
 LAYOUTS = {
     "Fortran order": np.asfortranarray,
-    "every second element of a larger array": lambda x: _spread_out(x)[tuple(slice(None, None, 2) for _ in x.shape)],
-    "negative strides": lambda x: np.ascontiguousarray(x[tuple(slice(None, None, -1) for _ in x.shape)])[tuple(slice(None, None, -1) for _ in x.shape)],
+    "every second element of a larger array": lambda x: _spread_out(x)[(slice(None, None, 2),) * x.ndim],
+    "negative strides": _reversed,
 }
 
 
 def _spread_out(x):
     large = np.full(tuple(2 * n for n in x.shape), np.nan, x.dtype)
-    large[tuple(slice(None, None, 2) for _ in x.shape)] = x
+    large[(slice(None, None, 2),) * x.ndim] = x
     return large
 
 

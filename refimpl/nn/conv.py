@@ -104,8 +104,9 @@ def _gather(padded, w, T_out, stride, dilation, groups):
     padded = padded.reshape(N, groups, C // groups, length)
     filters = _filters_by_tap(w, groups)
     y = np.zeros((N, groups, len(w) // groups, T_out), np.result_type(padded, w))
+    product = np.empty_like(y)                                                           # one buffer for all taps
     for W_k, tap in zip(filters, _taps(padded, len(filters), T_out, stride, dilation)):
-        y += W_k @ tap                                                                   # (g, O / g, C / g) @ (N, g, C / g, T_out)
+        y += np.matmul(W_k, tap, out=product)                                            # (g, O / g, C / g) @ (N, g, C / g, T_out)
     return y.reshape(N, len(w), T_out)
 
 
@@ -116,8 +117,9 @@ def _scatter(h, w, length, stride, dilation, groups):
     filters = _filters_by_tap(w, groups)
     h = np.ascontiguousarray(h).reshape(N, groups, O // groups, T)
     padded = np.zeros((N, groups, w.shape[1], length), np.result_type(h, w))
+    product = np.empty(padded.shape[:3] + (T,), padded.dtype)
     for k, W_k in enumerate(filters):
-        _tap(padded, k, T, stride, dilation)[...] += W_k.swapaxes(1, 2) @ h
+        _tap(padded, k, T, stride, dilation)[...] += np.matmul(W_k.swapaxes(1, 2), h, out=product)
     return padded.reshape(N, groups * w.shape[1], length)
 
 

@@ -16,7 +16,7 @@ def sum_squares(r):
 
 def sum_squares_backward(dS, r):
     r"""dr[n] = 2 r[n] dS[n].   dS : (N,)  ->  (N, ...)"""
-    _check(r, dS)
+    _check(r, dS=dS)
     return 2 * _spread(dS, r) * r
 
 
@@ -27,6 +27,7 @@ def mean_squares(r):
 
 def mean_squares_backward(dM, r):
     r"""dr[n] = 2 r[n] dM[n] / number of elements of r[n].   dM : (N,)  ->  (N, ...)"""
+    _check(r, dM=dM)
     return sum_squares_backward(dM, r) / _count(r)
 
 
@@ -43,7 +44,7 @@ def norm(r):
 
 def norm_backward(dy, r):
     r"""dr[n] = dy[n] r[n] / ||r[n]||, and 0 where r[n] = 0 (the kink rule).   dy : (N,)  ->  (N, ...)"""
-    _check(r, dy)
+    _check(r, dy=dy)
     y = norm(r)
     return _spread(dy, r) * (r / _spread(np.where(y == 0, r.dtype.type(1), y), r))
 
@@ -57,7 +58,7 @@ def l1(a):
 def l1_backward(dy, a):
     r"""da = sign(a) dy, 0 at a = 0 (the kink rule).   dy : scalar  ->  the shape of a"""
     check_arrays(a=a, analytic=False)
-    return np.sign(a) * a.dtype.type(dy)
+    return np.sign(a) * _number("dy", dy, a)
 
 
 def squared_error(x, y, *, reduction="mean"):
@@ -94,9 +95,20 @@ def _reduce(errors, reduction):
 def _unreduce(dloss, x, reduction):
     """The gradient of one element's error."""
     _check_reduction(reduction, x)
-    check_shape("dloss", dloss, x.shape if reduction == "none" else (), ", the shape of the output")
-    dloss = np.asarray(dloss).astype(x.dtype if np.asarray(dloss).dtype.kind != "c" else np.result_type(x, np.complex64))
+    if reduction == "none":
+        check_arrays(x=x, dloss=dloss)
+        check_shape("dloss", dloss, x.shape, ", the shape of the output")
+        return dloss
+    dloss = _number("dloss", dloss, x)
     return dloss / x.real.dtype.type(x.size) if reduction == "mean" else dloss
+
+
+def _number(name, value, like):
+    """The upstream gradient of a scalar, in the precision of an array; a Python number will do."""
+    check_shape(name, value, (), ", a number")
+    if np.asarray(value).dtype.kind not in "fciu":
+        raise ValueError(f"{name}: found {value!r}, needed a number")
+    return np.asarray(value).astype(like.real.dtype if np.asarray(value).dtype.kind != "c" else np.result_type(like, np.complex64))[()]
 
 
 def _check_reduction(reduction, errors):
@@ -111,12 +123,13 @@ def _check_pair(x, y, analytic):
     check_shape("y", y, x.shape, ", the shape of x")
 
 
-def _check(r, upstream=None):
-    check_arrays(r=r, upstream=upstream)
+def _check(r, **upstream):
+    """upstream : the upstream gradient under its name, if there is one"""
+    check_arrays(r=r, **upstream)
     if r.ndim < 1:
         raise ValueError("r: found a scalar, needed shape (N, ...) with one clip a row")
-    if upstream is not None:
-        check_shape("upstream", upstream, (len(r),), ", one number for each clip")
+    for name, gradient in upstream.items():
+        check_shape(name, gradient, (len(r),), ", one number for each clip")
 
 
 def _rest(r):

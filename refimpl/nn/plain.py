@@ -15,7 +15,7 @@ def conv1d(x, w, b):
     O, C, K = w.shape
     left = (K - 1) // 2
     padded = np.pad(x, ((0, 0), (0, 0), (left, K - 1 - left)))
-    y = np.zeros((N, O, T)) + b[:, None]
+    y = np.zeros((N, O, T), x.dtype) + b[:, None]
     for k in range(K):
         y += w[:, :, k] @ padded[:, :, k:k + T]                  # (O, C) @ (N, C, T)
     return y

@@ -82,20 +82,21 @@ def avg_pool1d(x, width=2, *, stride=None, padding=0, ceil_mode=False, count_inc
     ceil_mode never counts.   x : (N, C, T)  ->  (N, C, T_out)
     """
     check_arrays(x=x, ndim={"x": 3})
-    positions, share = _shares(x, width, stride, padding, ceil_mode, count_include_pad)
-    return np.sum(x[:, :, np.clip(positions, 0, x.shape[2] - 1)] * share, axis=-1)
+    positions, count = _counts(x, width, stride, padding, ceil_mode, count_include_pad)
+    padded = np.pad(x, ((0, 0), (0, 0), (padding, max(0, positions[-1, -1] + 1 - x.shape[2]))))
+    return padded[:, :, positions + padding].sum(axis=-1) / count
 
 
 def avg_pool1d_backward(dy, x, width=2, *, stride=None, padding=0, ceil_mode=False, count_include_pad=True):
     r"""dx[n, c, s] = sum over windows t that hold s of dy[n, c, t] / n_t.   dy : (N, C, T_out)  ->  (N, C, T)"""
     check_arrays(x=x, dy=dy, ndim={"x": 3})
-    positions, share = _shares(x, width, stride, padding, ceil_mode, count_include_pad)
+    positions, count = _counts(x, width, stride, padding, ceil_mode, count_include_pad)
     check_shape("dy", dy, x.shape[:2] + (len(positions),), ", the shape of the output")
-    dx = np.zeros(x.shape, np.result_type(dy, x.real.dtype))
-    for k in range(positions.shape[1]):                          # one window element at a time: positions within k are all different
-        s = np.clip(positions[:, k], 0, x.shape[2] - 1)
-        np.add.at(dx, (slice(None), slice(None), s), dy * share[:, k])
-    return dx
+    share = dy / count
+    dpadded = np.zeros(x.shape[:2] + (padding + max(x.shape[2], positions[-1, -1] + 1),), share.dtype)
+    for k in range(positions.shape[1]):                          # element k of every window: no position twice
+        dpadded[:, :, positions[:, k] + padding] += share
+    return dpadded[:, :, padding:padding + x.shape[2]].copy()
 
 
 def avg_depool1d(h, width=2):
@@ -106,6 +107,7 @@ def avg_depool1d(h, width=2):
     h : (N, C, T)  ->  (N, C, width T)
     """
     check_arrays(h=h, ndim={"h": 3})
+    _check_frames(h)
     return np.repeat(h / _real(h, check_whole("width", width, 1)), width, axis=2)
 
 
@@ -113,6 +115,7 @@ def avg_depool1d_backward(dx, h, width=2):
     r"""dh[n, c, t] = (1 / width) sum_k dx[n, c, width t + k].   dx : (N, C, width T)  ->  (N, C, T)"""
     check_arrays(h=h, dx=dx, ndim={"h": 3})
     check_whole("width", width, 1)
+    _check_frames(h)
     check_shape("dx", dx, h.shape[:2] + (width * h.shape[2],), ", the shape of the output")
     return dx.reshape(h.shape + (width,)).sum(axis=-1) / _real(dx, width)
 
@@ -134,13 +137,11 @@ def _windows(T, width, stride, padding, dilation, ceil_mode):
     return np.arange(T_out)[:, None] * stride + np.arange(width) * dilation - padding
 
 
-def _shares(x, width, stride, padding, ceil_mode, count_include_pad):
-    """Positions (T_out, width) and what each counts in its window's mean: 0 outside the input."""
-    T = x.shape[2]
-    positions = _windows(T, width, stride, padding, 1, ceil_mode)
-    inside = (positions >= 0) & (positions < T)
-    counted = positions < T + padding if count_include_pad else inside
-    return positions, (inside / counted.sum(axis=1, keepdims=True)).astype(x.real.dtype)
+def _counts(x, width, stride, padding, ceil_mode, count_include_pad):
+    """Positions (T_out, width), and how many of each window's elements its mean counts (T_out,), in x's precision."""
+    positions = _windows(x.shape[2], width, stride, padding, 1, ceil_mode)
+    counted = (positions >= (-padding if count_include_pad else 0)) & (positions < x.shape[2] + (padding if count_include_pad else 0))
+    return positions, counted.sum(axis=1).astype(x.real.dtype)
 
 
 def _take(x, indices):
@@ -160,6 +161,11 @@ def _put(dy, indices, length):
     return dx.reshape(N, C, length)
 
 
+def _check_frames(h):
+    if h.shape[2] < 1:
+        raise ValueError(f"h: found shape {h.shape}, needed at least one frame; without one there is no output")
+
+
 def _real(like, number):
     return like.real.dtype.type(number)
 
@@ -169,4 +175,4 @@ def _check_unpool(h, indices, length):
     check_whole("length", length, 1)
     check_shape("indices", indices, h.shape, ", the shape of h")
     if np.asarray(indices).dtype.kind not in "iu" or (np.size(indices) and not 0 <= np.min(indices) <= np.max(indices) < length):
-        raise ValueError(f"indices: needed whole numbers from 0 to {length - 1}, as max_pool1d_indices gives them")
+        raise ValueError(f"indices: found {np.asarray(indices).dtype} from {np.min(indices, initial=0)} to {np.max(indices, initial=0)}, needed whole numbers from 0 to {length - 1}, as max_pool1d_indices gives them")

@@ -154,7 +154,7 @@ def test_more_bad_input():
         nn.max_pool1d(X, 2, dilation=0)
     with pytest.raises(ValueError, match="indices: found shape"):
         nn.max_unpool1d(X, np.zeros((2, 3, 7), int), 9)
-    with pytest.raises(ValueError, match="indices: needed whole numbers from 0 to 8"):
+    with pytest.raises(ValueError, match="indices: found int64 from 0 to 9, needed whole numbers from 0 to 8"):
         nn.max_unpool1d(X, np.full(X.shape, 9), 9)
     with pytest.raises(ValueError, match="length: found 0"):
         nn.max_unpool1d(X, np.zeros(X.shape, int), 0)

@@ -90,7 +90,7 @@ def test_contracts():
     (lambda: nn.relu(np.zeros(2, complex)), "x: found dtype complex128"), (lambda: nn.relu([1.0]), "x: found list"),
     (lambda: nn.relu_backward(np.zeros(3), np.zeros(2)), "dy: found shape"), (lambda: nn.gram(np.zeros((2, 3))), "h: found shape"),
     (lambda: nn.gram_backward(np.zeros((1, 2, 3)), np.zeros((1, 2, 4))), "dG: found shape"), (lambda: nn.norm(np.float64(1)), "r: found a scalar"),
-    (lambda: nn.norm_backward(np.zeros(3), np.zeros((2, 2))), "upstream: found shape"), (lambda: nn.l1(np.zeros(2, int)), "a: found dtype int64"),
+    (lambda: nn.norm_backward(np.zeros(3), np.zeros((2, 2))), "dy: found shape"), (lambda: nn.l1(np.zeros(2, int)), "a: found dtype int64"),
     (lambda: nn.mean_squares(np.zeros((2, 0))), "at least one element"),
     (lambda: nn.squared_error(np.zeros(2), np.zeros(3)), "y: found shape"),
     (lambda: nn.squared_error(np.zeros(2), np.zeros(2), reduction="max"), "reduction: found 'max'"),

@@ -1,0 +1,188 @@
+"""The kit passes the reference, catches each planted fault, and tells people and machines what it saw."""
+
+import json
+from xml.etree import ElementTree
+
+from hypothesis import given
+import numpy as np
+import pytest
+
+from refimpl import nn
+from refimpl.cli import main
+from refimpl.conformance import BackendError, as_backend, case, cases, judge, judge_all, load_backend, reference, rivals
+from refimpl.conformance.golden import export, verify
+from refimpl.conformance.prove import prove
+from refimpl.conformance.strategies import clips, conv1d_inputs, pool_inputs
+from refimpl.storage import FormatError
+from tests.conformance.faults import FAULTS, GOOD, caught_by
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_unharmed_reference_passes(seed):
+    assert [o.message for o in judge_all(reference(), cases(seed=seed)) if o.status != "passed"] == []
+
+
+def test_the_reference_is_proved_by_its_second_derivation():
+    for proof in prove(seed=1):
+        assert proof.failures == (), proof.failures
+        assert proof.cases > 0 and proof.values > 0
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_planted_faults_are_caught(fault):
+    assert caught_by(fault, seed=3)
+
+
+def test_there_are_enough_faults_and_all_differ():
+    assert len({fault.name for fault in FAULTS}) == len(FAULTS) >= 40
+
+
+def test_rivals_are_named():
+    for function, wrong, words in (("gram", lambda h: nn.gram(h) / h.shape[2], "divided by the frames"),
+                                   ("adam_step", rivals.adam_variant("epsilon-hat"), "epsilon-hat"),
+                                   ("max_pool1d_backward", rivals.tie_split_equally, "split equally"),
+                                   ("conv1d", rivals.flipped(nn.conv1d), "Theano")):
+        backend = {**GOOD, function: wrong}
+        found = [o for o in judge_all(backend, cases(operations=[function.removesuffix("_backward")])) if o.status == "failed"]
+        assert found and any(words in o.rival for o in found), function
+
+
+def test_a_failure_names_the_worst_element_and_how_to_see_it_again():
+    def wrong(x, w, b=None, **attributes):
+        y = nn.conv1d(x, w, b, **attributes)
+        y[0, 1, 2] += 1.0
+        return y
+    chosen = case("conv1d/plain/forward/float64")
+    outcome = judge(chosen, {"conv1d": wrong})
+    assert outcome.status == "failed" and outcome.worst["index"] == [0, 1, 2]
+    assert np.isclose(outcome.worst["got"] - outcome.worst["wanted"], 1.0)
+    assert "case('conv1d/plain/forward/float64')" in outcome.message
+    with pytest.raises(AssertionError, match="worst at \\[0, 1, 2\\]"):
+        chosen.check({"conv1d": wrong})
+
+
+def test_what_a_backend_does_not_offer_is_skipped_and_counted():
+    outcomes = list(judge_all({"gram": nn.gram}, cases(operations=["gram", "relu"])))
+    assert {o.status for o in outcomes if o.case.function == "gram"} == {"passed"}
+    assert {o.status for o in outcomes if o.case.function != "gram"} == {"skipped"}
+    assert {c.function for c in cases(supported_by={"gram": nn.gram})} == {"gram"}
+
+
+def test_declared_tolerances_count():
+    def rough(h):
+        return nn.gram(h) * h.dtype.type(1 + 1e-9)
+    strict, loose = ({"gram": rough, "tolerances": {"float64": t}} for t in (1e-12, 1e-8))
+    chosen = case("gram/plain/forward/float64")
+    assert judge(chosen, strict).status == "failed" and judge(chosen, loose).status == "passed"
+
+
+def test_backends_from_modules_objects_and_mappings():
+    assert load_backend("refimpl.nn").functions["gram"] is nn.gram
+    assert load_backend("tests.conformance.faults:GOOD").functions["gram"] is GOOD["gram"]
+    for words, message in (("no_such_module_anywhere", "no module to import"), ("refimpl.nn:nothing", "found no 'nothing'"), ("json", "found no operation")):
+        with pytest.raises(BackendError, match=message):
+            load_backend(words)
+    with pytest.raises(BackendError, match="tolerances"):
+        as_backend({"gram": nn.gram, "tolerances": {"float16": 1}})
+
+
+def test_cases_do_not_depend_on_each_other():
+    alone = cases(operations=["gram"])
+    among = [c for c in cases() if c.operation.name == "gram"]
+    for a, b in zip(alone, among, strict=True):
+        assert a.id == b.id and all(np.array_equal(u, v, equal_nan=True) for u, v in zip(a.arguments, b.arguments))
+    assert len({c.id for c in cases()}) == len(cases())
+    with pytest.raises(ValueError, match="found nothing"):
+        cases(operations=["nothing"])
+    with pytest.raises(ValueError, match="needed an id"):
+        case("nothing")
+
+
+def test_golden_vectors_there_and_back(tmp_path):
+    count = export(tmp_path / "a", operations=["conv1d", "max_pool1d", "adam_step", "total_loss"])
+    verdicts = dict(verify(tmp_path / "a", reference().functions))
+    assert len(verdicts) == count > 50 and not any(verdicts.values())
+    export(tmp_path / "b", operations=["conv1d", "max_pool1d", "adam_step", "total_loss"])
+    for path in (tmp_path / "a").rglob("*.*"):                   # the same bytes from run to run
+        assert path.read_bytes() == (tmp_path / "b" / path.relative_to(tmp_path / "a")).read_bytes()
+
+
+def test_golden_vectors_can_be_read_without_the_package(tmp_path):
+    export(tmp_path, operations=["gram"])
+    manifest = json.loads((tmp_path / "manifest.json").read_text())
+    record = next(r for r in manifest["cases"] if r["id"] == "gram/plain/forward/float64")
+    with np.load(tmp_path / record["file"]) as arrays:
+        h = arrays[record["arguments"][0]["array"]]
+        np.testing.assert_allclose(np.einsum("nct,ndt->ncd", h, h), arrays[record["outputs"][0]["array"]], rtol=record["bound"])
+    assert manifest["conventions"] and record["equation"] == "equation 6"
+
+
+def test_tampered_golden_vectors_are_noticed(tmp_path):
+    export(tmp_path, operations=["gram"])
+    victim = sorted((tmp_path / "vectors").iterdir())[0]
+    victim.write_bytes(victim.read_bytes()[:-1] + b"x")
+    messages = [m for _, m in verify(tmp_path, reference().functions) if m]
+    assert len(messages) == 1 and "SHA-256" in messages[0]
+    wrong = [m for _, m in verify(tmp_path, {**GOOD, "gram": lambda h: nn.gram(h) * 1.001}) if m]
+    assert any("differs by" in m for m in wrong)
+    manifest = tmp_path / "manifest.json"
+    manifest.write_text(manifest.read_text().replace('"vectors/gram', '"../vectors/gram'))
+    assert all("outside the folder" in m for _, m in verify(tmp_path, reference().functions))
+    manifest.write_text("{}")
+    with pytest.raises(FormatError, match="needed one that"):
+        list(verify(tmp_path, reference().functions))
+    manifest.unlink()
+    with pytest.raises(FormatError, match="cut short"):
+        list(verify(tmp_path, reference().functions))
+
+
+def test_the_command_judges_a_backend(tmp_path, capsys, monkeypatch):
+    (tmp_path / "mine.py").write_text("from refimpl import nn\n"
+                                      "MINE = {'gram': lambda h: nn.gram(h) / h.dtype.type(h.shape[2]), 'gram_backward': nn.gram_backward, 'relu': nn.relu}\n")
+    monkeypatch.chdir(tmp_path)
+    arguments = ["check", "mine:MINE", "--operations", "gram,relu", "--json", "out.json", "--junit", "out.xml"]
+    assert main(arguments) == 1
+    out = capsys.readouterr().out
+    assert "a Gram matrix divided by the frames" in out and "skipped, not offered by the backend: relu_backward" in out
+    content = json.loads((tmp_path / "out.json").read_text())
+    assert content["counts"]["failed"] > 0 and content["counts"]["skipped"] > 0 and sum(content["counts"].values()) == len(content["cases"])
+    suite = ElementTree.parse(tmp_path / "out.xml").getroot()
+    assert int(suite.get("failures")) == content["counts"]["failed"] == len(suite.findall(".//failure"))
+    (tmp_path / "known.txt").write_text("# divided by the frames\ngram/*/forward/*\n")
+    assert main([*arguments, "--xfail", "known.txt"]) == 1       # some of them pass: an unexpected pass is no silence either
+    assert "xpassed" in capsys.readouterr().out
+    failing = [c["id"] for c in content["cases"] if c["status"] == "failed"]
+    (tmp_path / "known.txt").write_text("\n".join(failing))
+    assert main([*arguments, "--xfail", "known.txt"]) == 0
+
+
+def test_the_command_proves_and_exports(tmp_path, capsys):
+    assert main(["check", "--operations", "gram,norm"]) == 0
+    assert "largest difference" in capsys.readouterr().out
+    assert main(["export", str(tmp_path / "golden"), "--operations", "gram"]) == 0
+    assert main(["check", "--golden", str(tmp_path / "golden")]) == 0
+    assert "golden vectors agree" in capsys.readouterr().out
+    assert main(["check", "--golden", str(tmp_path)]) == 2
+    assert main(["check", "nothing_here:X"]) == 2
+    assert main(["check", "--operations", "swim"]) == 2
+    assert capsys.readouterr().err.count("refimpl: error:") == 3
+
+
+# One line puts the kit into another project's suite; here it runs on the reference itself.
+@pytest.mark.parametrize("chosen", cases(operations=["gram", "relu"], supported_by=GOOD), ids=str)
+def test_conformance(chosen):
+    chosen.check(GOOD)
+
+
+@given(conv1d_inputs())
+def test_strategies_make_valid_convolutions(inputs):
+    arrays, attributes = inputs
+    assert nn.conv1d(*arrays, **attributes).shape[0] == len(arrays[0])
+
+
+@given(pool_inputs(), clips())
+def test_strategies_make_valid_pools_and_clips(inputs, h):
+    (x, width), attributes = inputs
+    assert nn.max_pool1d(x, width, **attributes).shape == nn.avg_pool1d(x, width, **attributes).shape
+    assert nn.gram(h).shape == (len(h), h.shape[1], h.shape[1])
