@@ -13,7 +13,6 @@ from . import conventions, plain
 from .activation import relu, relu_backward
 from .adam import adam_start, adam_step
 from .contract import check_contract
-from .conventions import CONVENTIONS
 from .conv import conv1d, conv1d_backward, conv_transpose1d, conv_transpose1d_backward
 from .errors import GradientError
 from .gradcheck import check_direction, check_gradient, check_kink

@@ -1,71 +1,42 @@
-"""Where two right implementations may differ: what is meant here, why, and who does otherwise.
+"""Where the mathematics leaves a choice: what holds here and what others do, as data.
 
-Plain data, for readers and for programs that compare: when another implementation disagrees, try its rivals before looking for a fault.
-
-    for convention in conventions.ALL:
-        print(convention.where, "|", convention.here)
+The conformance kit's `rivals` holds these alternatives as functions, so that a report can say which one a backend follows.
 """
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 
-class Rival(NamedTuple):
-    """Another rule, and who follows it."""
-
-    rule: str
-    who: str
-
-
-class Convention(NamedTuple):
-    """where : the operation or the point;  here : the rule of this project;  because : reason or equation;  rivals : tuple of Rival"""
+@dataclass(frozen=True)
+class Convention:
+    """where : the situation;  here : the rule of this package;  why : in a few words;  rivals : (rule, who follows it)"""
 
     where: str
     here: str
-    because: str
+    why: str
     rivals: tuple
 
 
-OPERATIONS = (
-    Convention("convolution", "cross-correlation: y[t] = sum_k w[k] x[t + k - pad_left]",
-               "what PyTorch, JAX and ONNX mean; w[:, :, ::-1] maps one onto the other",
-               (Rival("flipped filters: y[t] = sum_k w[k] x[t - k + pad_right]", "Theano, and with it the 2016 code; numpy.convolve"),)),
-    Convention("'same' padding of an even filter", "of the dilation (K - 1) zeros the smaller half to the left",
-               "SAME_UPPER of ONNX, 'SAME' of TensorFlow, padding='same' of PyTorch",
-               (Rival("the smaller half to the right", "SAME_LOWER of ONNX; numpy.convolve(mode='same')"),)),
-    Convention("filters of a transposed convolution", "those of the convolution it is the adjoint of: (channels of h, channels of x / groups, K)",
-               "<conv1d(x, w), h> = <x, conv_transpose1d(h, w)> needs no rearranging, and tied weights are one array",
-               (Rival("the two channel axes exchanged", "Keras: (K, channels of x, channels of h)"),)),
-    Convention("max-pool tie", "all of the gradient to the first largest",
-               "one element, as in the forward pass, and the same on every run",
-               (Rival("all of it to every largest", "Theano"), Rival("split equally among the largest", "jnp.max"), Rival("any one", "cuDNN"))),
-    Convention("NaN in a pool", "NaN wins, the first one", "an error that shows; PyTorch does the same",
-               (Rival("ignored", "implementations that compare with > only"),)),
-    Convention("last window of a pool with ceil_mode", "counts if it begins inside the input or the left padding",
-               "PyTorch and ONNX", (Rival("every started window counts", "Caffe without padding"),)),
-    Convention("mean over a window with ceil_mode", "the padding counts (count_include_pad), what hangs over beyond it does not",
-               "PyTorch", (Rival("always divided by the width", "ONNX before its version 1.16"),)),
-    Convention("average-depooling", "each value repeated and divided by the width",
-               "what the 2016 code does at run time; the adjoint of average pooling",
-               (Rival("repeated without dividing", "nearest-neighbour upsampling"),
-                Rival("put at a random position of the window", "Holden 2015, in training"))),
-    Convention("relu'(0)", "0", "dy where x > 0",
-               (Rival("0.5", "jnp.maximum(x, 0); Theano's abs form (x + |x|) / 2"), Rival("1", "implementations that test x >= 0"))),
-    Convention("d|x| at 0", "0", "sign(0) = 0, the middle of the subgradients", (Rival("1", "JAX"), Rival("-1", "implementations that test x > 0"))),
-    Convention("gradient of the norm at 0", "0", "the subgradient of least size; a loss of 0 asks for no change",
-               (Rival("NaN, from 0 / 0", "sqrt of a sum of squares in most tapes"),)),
-    Convention("Gram matrix", "a sum over frames: G[c, d] = sum_t h[c, t] h[d, t]", "Holden 2017, eq. 6",
-               (Rival("divided by the number of frames, or of elements", "the 2016 code; Johnson 2016"),)),
-    Convention("Adam", "Kingma and Ba, algorithm 1: both moments corrected, epsilon added to the corrected root",
-               "p - rate m_hat / (sqrt(v_hat) + epsilon); `variant` of `adam_step` has the rivals",
-               (Rival("epsilon-hat: epsilon added before the correction", "Keras, old PyTorch"),
-                Rival("no-bias-correction: m and v as they are", "ONNX with T = 0"))),
+CONVENTIONS = (
+    Convention("convolution", "cross-correlation: y[t] = sum_k w[k] x[t + k]", "what deep learning means by the word",
+               (("filters flipped in time", "Theano, and with it the 2016 code"),)),
+    Convention("zeros of 'same' padding when their number is odd", "the smaller half to the left", "as ONNX SAME_UPPER and PyTorch's conv1d",
+               (("the larger half to the left", "ONNX SAME_LOWER"),)),
+    Convention("equal largest elements in a max-pool window", "all the gradient to the first", "one definite subgradient, and what most kernels do",
+               (("to every one of them", "Theano"), ("split equally", "jnp.max"), ("to any", "cuDNN"))),
+    Convention("NaN in a max-pool window", "NaN is the largest", "an error should not vanish silently", (("NaN is ignored", "fmax-style kernels"),)),
+    Convention("padding of a max-pool", "counts as -inf and passes no gradient", "padding must never win", ()),
+    Convention("a max-unpool place that two values claim", "the later value stands and gets the gradient", "deterministic", (("undefined", "PyTorch"),)),
+    Convention("derivative of relu at 0", "0", "a subgradient, and the sparser one", (("0.5", "jnp.maximum"), ("1", "x >= 0 kernels"))),
+    Convention("relu of NaN", "NaN forward, 0 backward", "the forward shows the error", (("0 forward", "x > 0 ? x : 0 kernels"),)),
+    Convention("derivative of |x| at 0", "0", "the subgradient of least size", (("1", "JAX"),)),
+    Convention("derivative of a norm at 0", "0", "the subgradient of least size", (("NaN", "division by zero in automatic differentiation"),)),
+    Convention("Adam", "Kingma and Ba, algorithm 1: both moments corrected, epsilon outside the root", "the published algorithm",
+               (("epsilon-hat: epsilon added before the correction", "Keras, old PyTorch"), ("no bias correction", "ONNX at T = 0"),
+                ("epsilon inside the root", "some hand-written ones"))),
+    Convention("Gram matrix", "a sum over time", "equation 6 of Holden 2017", (("divided by the frames", "many image-style codes"),)),
+    Convention("content and style loss", "norms, not squared", "equations 4 and 5 as printed", (("mean of squares", "the 2016 code"),)),
+    Convention("turning error of the trajectory loss", "squared", "the accepted manuscript", (("not squared", "the journal text"),)),
+    Convention("DTW step", "symmetric1, squared Euclidean distances", "Torresani 2006, equations 3 to 5",
+               (("symmetric2", "dtw-python's default"), ("the root of the summed squares", "tslearn"))),
+    Convention("BVH position channels", "replace the joint's OFFSET", "what recorders write", (("added to the OFFSET", "some importers"),)),
 )
-
-OTHERS = (
-    Convention("dynamic time warping step", "symmetric1 on squared Euclidean distances", "Torresani 2006, eqs. 3 to 5",
-               (Rival("symmetric2: the diagonal step counts twice", "dtw-python's default"), Rival("root of the summed squares", "tslearn"))),
-    Convention("BVH root", "the OFFSET is ignored where the root has position channels; position channels replace a joint's OFFSET",
-               "the channels are where the joint is", (Rival("refused", "readers that know rotation channels only"),)),
-)
-
-ALL = OPERATIONS + OTHERS
