@@ -12,7 +12,7 @@ import re
 import numpy as np
 
 from .. import __version__
-from ..nn import conventions
+from ..nn.conventions import CONVENTIONS
 from ..storage import FormatError, atomic_write
 from .backend import TOLERANCES
 from .cases import PROMISES, cases
@@ -33,7 +33,7 @@ def export(folder, *, seed=0, operations=None):
     manifest = {"format": FORMAT, "version": VERSION, "made_by": f"refimpl {__version__}",
                 "arrays": "(clips, channels, frames); filters (outputs, inputs / groups, width)",
                 "bound": "largest difference allowed, in units of the largest element of the expected array (of 1 where all are 0)",
-                "conventions": [{"where": c.where, "here": c.here, "rivals": [f"{r}: {who}" for r, who in c.rivals]} for c in conventions.ALL], "cases": records}
+                "conventions": [{"where": c.where, "here": c.here, "rivals": [f"{r}: {who}" for r, who in c.rivals]} for c in CONVENTIONS], "cases": records}
     with atomic_write(folder / "manifest.json") as file:
         json.dump(manifest, file, indent=1)
         file.write("\n")
