@@ -8,7 +8,7 @@ import numpy as np
 
 from ..nn.contract import LAYOUTS
 from . import operations_holden, operations_nn
-from .record import as_tuple, cast
+from .record import as_tuple, cast, relative_difference
 
 OPERATIONS = {operation.name: operation for operation in operations_nn.OPERATIONS + operations_holden.OPERATIONS}
 PROMISES = ("leaves its inputs alone", "same bits twice", "memory of its own", "linear in the upstream gradient")
@@ -19,7 +19,8 @@ class Case:
     """One call of one function of a backend and what must come of it.
 
     id : operation/sample/what/kind;  function : the backend's name for it;  kind : "float64", "float32", a layout, a promise, "empty batch" or
-    "refused";  expected : outputs of the reference (in float64), None for a call that must be refused.
+    "refused";  expected : outputs of the reference (in float64), None for a call that must be refused;  exact : a rule decides, nothing is rounded;
+    slack : for each output, how much of its largest element it moves when the inputs move by float32's last digit, where terms cancel.
     """
 
     id: str
@@ -30,6 +31,7 @@ class Case:
     attributes: dict = field(repr=False)
     expected: tuple = field(repr=False, default=None)
     exact: bool = False
+    slack: tuple = ()
     argument: str = ""
 
     def __str__(self):
@@ -124,8 +126,26 @@ def _values(operation, sample, rng):
         if sample.smooth:
             small, attributes = cast(arguments, np.float32), _cast_attributes(sample.attributes, np.float32)
             wide = as_tuple(reference(*cast(small, np.float64), **_cast_attributes(attributes, np.float64)))
-            found.append(Case(f"{operation.name}/{sample.label}/{what}/float32", operation, name, "float32", small, attributes, wide))
+            found.append(Case(f"{operation.name}/{sample.label}/{what}/float32", operation, name, "float32", small, attributes, wide,
+                              slack=_slack(reference, small, attributes, wide)))
     return found
+
+
+def _slack(reference, arguments, attributes, wanted):
+    """How far the reference itself moves when every input moves by its last digit in float32: an answer cannot be surer than that.
+
+    ->  for each output the largest of four random moves, tenfold, in units of its largest element
+    """
+    moves = []
+    for number in range(4):
+        rng = np.random.default_rng(number)
+
+        def moved(values):
+            return tuple(v * (1 + np.finfo(np.float32).eps * rng.choice([-1.0, 1.0], v.shape)) if isinstance(v, np.ndarray) and v.dtype.kind == "f" else v
+                         for v in cast(values, np.float64))
+        outputs = as_tuple(reference(*moved(arguments), **dict(zip(attributes, moved(tuple(attributes.values()))))))
+        moves.append([0.0 if w is None else float(relative_difference(o, w).max(initial=0.0)) for o, w in zip(outputs, wanted)])
+    return tuple(10 * max(column) for column in zip(*moves))
 
 
 def _cast_attributes(attributes, dtype):

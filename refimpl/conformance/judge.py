@@ -82,7 +82,8 @@ def compare(found, case, allowed):
             if wanted is not None:
                 raise Difference(f"{label}: found None, needed an array of shape {wanted.shape}")
             continue
-        largest = max(largest, _compare_arrays(label, got, np.asarray(wanted), allowed, case))
+        slack = case.slack[number] if case.slack else 0.0
+        largest = max(largest, _compare_arrays(label, got, np.asarray(wanted), allowed + slack, case))
     return largest
 
 

@@ -63,6 +63,13 @@ def cast(inputs, dtype):
     return tuple(x.astype(dtype) if isinstance(x, np.ndarray) and x.dtype.kind == "f" else x for x in inputs)
 
 
+def largest(wanted):
+    """The largest finite element's size, 1 where all are 0: what differences are measured in."""
+    wanted = np.asarray(wanted)
+    wanted = wanted if wanted.dtype.kind in "fc" else wanted.astype(float)
+    return float(np.abs(wanted[np.isfinite(wanted)]).max(initial=0.0)) or 1.0
+
+
 def relative_difference(found, wanted):
     """How far each element is off, in units of the largest finite element wanted (of 1 where all are 0); NaN agrees with NaN alone.
 
@@ -72,8 +79,7 @@ def relative_difference(found, wanted):
     if wanted.dtype.kind not in "fc":
         found, wanted = found.astype(float), wanted.astype(float)
     finite = np.isfinite(wanted)
-    scale = np.abs(wanted[finite]).max(initial=0.0) or 1.0
     off = np.where((found == wanted) | (np.isnan(found) & np.isnan(wanted)), 0.0, np.inf)
     both = finite & np.isfinite(found)
-    off[both] = np.abs(found[both] - wanted[both]) / scale
+    off[both] = np.abs(found[both] - wanted[both]) / largest(wanted)
     return off

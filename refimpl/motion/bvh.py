@@ -12,7 +12,7 @@ frame: all channels of all joints in the order of the file. What the format leav
 A file that cannot be read exactly is refused with a `BVHError` that names the file, the line, what was found and what was needed.
 """
 
-from pathlib import Path
+import io
 import math
 import re
 
@@ -22,45 +22,71 @@ from ..storage import atomic_write
 from .clip import POSITION_CHANNELS, ROTATION_CHANNELS, BVHError, Clip, Joint
 
 _CHANNELS = {name.lower(): name for name in POSITION_CHANNELS + ROTATION_CHANNELS}
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\Z")
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")
+LONGEST_LINE = 1 << 24                                           # characters; 10,000 joints with all channels need a tenth of it
+SHORTEST_FRAME, LONGEST_FRAME = 1e-6, 1e6                        # seconds
 
 
 def read_bvh(path):
-    """Read a BVH file.   path  ->  Clip.   Raises BVHError (malformed content) or OSError (no such file, no permission)."""
-    data = Path(path).read_bytes()
+    """Read a BVH file.   path  ->  Clip.   Raises BVHError (malformed content) or OSError (no such file, no permission).
+
+    Line by line, so that a file with an endless line is refused before it fills the memory.
+    """
     try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data[:error.start].count(b"\n") + 1
-        raise BVHError(f"{path}:{line}: found byte 0x{data[error.start]:02x}, needed UTF-8 text; "
-                       "is this a BVH file? If it is, save it as UTF-8") from None
-    return parse_bvh(text, path)
+        with open(path, encoding="utf-8-sig") as file:
+            return _parse(_numbered_lines(file, path), path)
+    except UnicodeDecodeError:
+        raise _encoding_error(path) from None
 
 
 def parse_bvh(text, name="<text>"):
     """Parse the text of a BVH file; `name` stands for the file in error messages.   ->  Clip"""
-    lines = text.splitlines()
-    if not text.strip():
-        raise BVHError(f"{name}:1: found an empty file, needed HIERARCHY")
-    reader = _Header(lines, name)
-    joints = reader.read()
-    return _parse_motion(lines, reader.line, tuple(joints), name)
+    return _parse(_numbered_lines(io.StringIO(text.removeprefix("\ufeff"), newline=None), name), name)
+
+
+def _numbered_lines(file, name):
+    """(number, text) of every line that is neither empty nor a comment, and at last (number of lines, None)."""
+    number = 0
+    while line := file.readline(LONGEST_LINE + 1):
+        number += 1
+        if len(line) > LONGEST_LINE:
+            raise BVHError(f"{name}:{number}: found a line of more than {LONGEST_LINE} characters, needed one line a frame; is this a BVH file?")
+        if line.strip() and not line.lstrip().startswith("#"):
+            yield number, line
+    yield number, None
+
+
+def _encoding_error(path):
+    """The BVHError that names the line of the first byte that is no UTF-8."""
+    with open(path, "rb") as file:
+        for number, line in enumerate(iter(lambda: file.readline(LONGEST_LINE), b""), start=1):
+            try:
+                line.decode("utf-8")
+            except UnicodeDecodeError as error:
+                return BVHError(f"{path}:{number}: found byte 0x{line[error.start]:02x}, needed UTF-8 text; "
+                                "is this a BVH file? If it is, save it as UTF-8")
+    return BVHError(f"{path}:1: found bytes that are no UTF-8, needed UTF-8 text")
+
+
+def _parse(lines, name):
+    header = []
+    for number, text in lines:
+        if text is None:
+            if not header:
+                raise BVHError(f"{name}:1: found an empty file, needed HIERARCHY")
+            return _Header(header, name, number, False).read()   # raises: there is no MOTION
+        if text.strip().upper() == "MOTION":
+            return _parse_motion(lines, tuple(_Header(header, name, number, True).read()), name)
+        header.append((number, text))
 
 
 class _Header:
     """The tokens of the HIERARCHY part, one after the other, each with its line."""
 
-    def __init__(self, lines, name):
-        self.lines, self.name, self.line = lines, name, 0
-        self.tokens, self.at = [], 0
-        for number, text in enumerate(lines, start=1):
-            if text.lstrip().startswith("#"):
-                continue
-            if text.strip().upper() == "MOTION":
-                self.line = number
-                break
-            self.tokens += [(token, number) for token in re.findall(r"[{}]|[^\s{}]+", text)]
-        self.end_line = self.line or len(lines)
+    def __init__(self, lines, name, end_line, has_motion):
+        """lines : (number, text) up to MOTION or, without one, to the end;  end_line : the number of the line that ends it"""
+        self.name, self.end_line, self.has_motion, self.at = name, end_line, has_motion, 0
+        self.tokens = [(token, number) for number, text in lines for token in re.findall(r"[{}]|[^\s{}]+", text)]
 
     def fail(self, found, needed, line=None):
         raise BVHError(f"{self.name}:{line or self._line_here()}: found {found}, needed {needed}")
@@ -70,7 +96,7 @@ class _Header:
 
     def take(self, needed):
         if self.at >= len(self.tokens):
-            self.fail("MOTION" if self.line else "the end of the file", needed)
+            self.fail("MOTION" if self.has_motion else "the end of the file", needed)
         token = self.tokens[self.at][0]
         self.at += 1
         return token
@@ -107,7 +133,7 @@ class _Header:
             return ()
         self.expect("CHANNELS")
         count = self.take("the number of channels")
-        if not count.isascii() or not count.isdigit() or int(count) > 6:
+        if count not in ("0", "1", "2", "3", "4", "5", "6"):
             self.at -= 1
             self.fail(_quote(count), f"a number of channels from 0 to 6 for {owner}")
         channels = []
@@ -139,7 +165,7 @@ class _Header:
                 self.fail(_quote(self.tokens[self.at][0]), "JOINT, End Site or }")
         if self.at < len(self.tokens):
             self.fail(_quote(self.tokens[self.at][0]), "MOTION after the one ROOT's closing brace")
-        if not self.line:
+        if not self.has_motion:
             self.fail("the end of the file", "MOTION")
         return joints
 
@@ -166,47 +192,54 @@ class _Header:
         self.expect("}")
 
 
-def _parse_motion(lines, motion_line, joints, name):
-    """The MOTION part: Frames, Frame Time and the table of numbers; line numbers count from 1."""
-    rows = [(number, text) for number, text in enumerate(lines[motion_line:], start=motion_line + 1)
-            if text.strip() and not text.lstrip().startswith("#")]
-    frames = _labelled(rows, 0, "Frames:", name, len(lines))
-    if not frames.isascii() or not frames.isdigit() or int(frames) < 1:
-        raise BVHError(f"{name}:{rows[0][0]}: found Frames: {_quote(frames)}, needed a whole number of frames from 1 on")
-    frame_time = _labelled(rows, 1, "Frame Time:", name, len(lines))
-    if not _NUMBER.match(frame_time) or not 0 < float(frame_time) < math.inf:
-        raise BVHError(f"{name}:{rows[1][0]}: found Frame Time: {_quote(frame_time)}, needed seconds a frame above 0")
-    rows = rows[2:]
-    if len(rows) != int(frames):
-        where = rows[int(frames)][0] if len(rows) > int(frames) else len(lines)
-        raise BVHError(f"{name}:{where}: found {len(rows)} rows of motion, needed {frames} as Frames: says; "
-                       "was the file cut off?")
-    width = sum(len(joint.channels) for joint in joints)
-    values = np.empty((len(rows), width))
-    for out, (number, text) in zip(values, rows):
-        words = text.split()
-        if len(words) != width:
-            raise BVHError(f"{name}:{number}: found {len(words)} values, needed {width}, one for each channel")
-        try:
-            out[:] = words
-            good = np.isfinite(out).all() and "_" not in text
-        except ValueError:
-            good = False
-        if not good:
-            bad = next(w for w in words if not _NUMBER.match(w) or not math.isfinite(float(w)))
-            raise BVHError(f"{name}:{number}: found {_quote(bad)}, needed a finite number")
-    return Clip(joints, float(frame_time), values)
+def _parse_motion(lines, joints, name):
+    """The MOTION part: Frames, Frame Time and the table of numbers."""
+    number, frames = _labelled(lines, "Frames:", name)
+    if not re.fullmatch(r"0*[1-9][0-9]{0,8}", frames):
+        raise BVHError(f"{name}:{number}: found Frames: {_quote(frames)}, needed a whole number of frames from 1 on")
+    number, frame_time = _labelled(lines, "Frame Time:", name)
+    if not _NUMBER.match(frame_time) or not SHORTEST_FRAME <= float(frame_time) <= LONGEST_FRAME:
+        raise BVHError(f"{name}:{number}: found Frame Time: {_quote(frame_time)}, needed seconds a frame above 0, "
+                       f"from {SHORTEST_FRAME:g} to {LONGEST_FRAME:g}")
+    width, rows = sum(len(joint.channels) for joint in joints), []
+    for number, text in lines:
+        if text is None:
+            break
+        if len(rows) == int(frames):
+            raise BVHError(f"{name}:{number}: found more rows of motion, needed {int(frames)} as Frames: says")
+        rows.append(_parse_row(text, width, f"{name}:{number}"))
+    if len(rows) < int(frames):
+        raise BVHError(f"{name}:{number}: found {len(rows)} rows of motion, needed {int(frames)} as Frames: says; was the file cut off?")
+    return Clip(joints, float(frame_time), np.array(rows).reshape(len(rows), width))
 
 
-def _labelled(rows, index, label, name, last_line):
-    """The text behind a label such as `Frames:`, written in any case and with any white space."""
-    if index >= len(rows):
-        raise BVHError(f"{name}:{last_line}: found the end of the file, needed {label}")
-    number, text = rows[index]
+def _parse_row(text, width, where):
+    """One line of numbers.   ->  (width,) float64"""
+    words = text.split(None, width)                              # what is too much stays in one piece
+    if len(words) != width:
+        found = len(words) if len(words) < width else f"more than {width}"
+        raise BVHError(f"{where}: found {found} values, needed {width}, one for each channel")
+    try:
+        row = np.array(words, dtype=float)
+        good = np.isfinite(row).all() and "_" not in text and text.isascii()
+    except ValueError:
+        good = False
+    if not good:
+        bad = [w for w in words if not _NUMBER.match(w) or not math.isfinite(float(w))]
+        if bad:
+            raise BVHError(f"{where}: found {_quote(bad[0])}, needed a finite number")
+    return row
+
+
+def _labelled(lines, label, name):
+    """The number of the next line and the text behind a label such as `Frames:`, written in any case and with any white space."""
+    number, text = next(lines)
+    if text is None:
+        raise BVHError(f"{name}:{number}: found the end of the file, needed {label}")
     match = re.match(r"\s*" + r"\s+".join(label.split()) + r"\s*(.*?)\s*\Z", text, re.IGNORECASE)
     if not match:
         raise BVHError(f"{name}:{number}: found {_quote(text.strip())}, needed {label}")
-    return match.group(1)
+    return number, match.group(1)
 
 
 def _quote(text):

@@ -8,7 +8,7 @@ come from the content clip.
 import numpy as np
 
 from . import rotation
-from .bvh import POSITION_CHANNELS
+from .clip import POSITION_CHANNELS
 from .features import FPS
 from .joints import PARENTS, SLOT
 from .skeleton import forward_kinematics, with_pose

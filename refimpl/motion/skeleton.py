@@ -6,7 +6,9 @@ A pose is `rotations (T, J, 3, 3)` and `translations (T, J, 3)`, both relative t
 import numpy as np
 
 from . import rotation
-from .bvh import POSITION_CHANNELS, Clip
+from .clip import POSITION_CHANNELS, Clip
+
+SLOWEST, FASTEST = 0.5, 10000.0                                  # frames a second of a recording
 
 
 def local_pose(clip):
@@ -89,6 +91,8 @@ def resample(rotations, translations, fps, new_fps):
     frames = len(rotations)
     if fps == new_fps or frames == 1:
         return rotations, translations
+    if not SLOWEST <= fps <= FASTEST:
+        raise ValueError(f"frame rate: found {fps:g} frames/s, needed {SLOWEST:g} to {FASTEST:g} to make {new_fps:g} of them; is the frame time right?")
     new_frames = int(np.floor((frames - 1) * new_fps / fps + 1e-6)) + 1
     time = np.minimum(np.arange(new_frames) * (fps / new_fps), frames - 1)
     before = np.minimum(time.astype(int), frames - 2)

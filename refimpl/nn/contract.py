@@ -53,8 +53,8 @@ def _gradients(f_backward, dy, inputs):
 
 
 def _left_alone(what, function, arguments, names):
-    """Neither read-only nor writeable arguments may change."""
-    for writeable in (False, True):
+    """Neither writeable nor read-only arguments may change."""
+    for writeable in (True, False):
         copies = [x.copy() if isinstance(x, np.ndarray) else x for x in arguments]
         for copy in copies:
             if isinstance(copy, np.ndarray):

@@ -65,6 +65,7 @@ def check_gradient(f, f_backward, *inputs, names=None, seed=0, report=False, con
     for inputs that no verdict can be had on.
     """
     names = _names(names, inputs)
+    differentiable(inputs, names)
     dy = upstream(f, inputs, seed)
     rng = np.random.default_rng([seed, 1])
     rows, failures = [], []
