@@ -40,7 +40,7 @@ def main(argv=None):
         print(f"refimpl: error: {_one_line(error)}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("refimpl: stopped; files that were complete are kept, nothing is half written", file=sys.stderr)
+        print("refimpl: stopped; nothing is half written, and a training goes on from its last epoch with --resume", file=sys.stderr)
         return 130
 
 

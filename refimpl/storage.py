@@ -5,9 +5,12 @@ take its real name. Whoever looks, at any moment, finds the old file or the new 
 """
 
 import contextlib
+import io
 import json
+import math
 import os
 from pathlib import Path
+import struct
 import tempfile
 import zipfile
 import zlib
@@ -65,32 +68,61 @@ def save_npz(path, format_name, version, arrays, facts):
         np.savez(file, header=np.array(header), **arrays)
 
 
-def load_npz(path, format_name, version, needed):
-    """Read what `save_npz` wrote.
+def load_npz(path, format_name, version, needed, facts=()):
+    """Read what `save_npz` wrote, and nothing else.
 
-    needed : names of the arrays that must be there   ->  ({name: array}, facts)
-    Raises FormatError (foreign, truncated, of another format or a newer version, an array missing) or OSError.
+    needed : names of the arrays that must be there;  facts : {name: type} of the facts that must   ->  ({name: array}, facts)
+    Raises FormatError (foreign, truncated, tampered with, of another format or a newer version, something missing) or OSError.
+    Memory grows with the file alone: nothing is unpickled or decompressed, and an array that claims to be larger than its bytes is refused.
     """
     kind = f"a refimpl {format_name} file"
+    data = io.BytesIO(Path(path).read_bytes())                   # an OSError of the disk is its own; what follows is about the content
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            if not isinstance(archive, np.lib.npyio.NpzFile) or "header" not in archive.files:
-                raise FormatError(f"{path}: found a file without a refimpl header, needed {kind}")
-            header = json.loads(str(archive["header"]))
-            if not isinstance(header, dict) or header.get("format") != format_name:
-                found = header.get("format") if isinstance(header, dict) else header
-                raise FormatError(f"{path}: found a refimpl {found} file, needed {kind}")
-            if header.get("version") != version:
-                raise FormatError(f"{path}: found version {header.get('version')} of the {format_name} format, needed version "
-                                  f"{version}; was it written by another release? Make it again with this one")
-            missing = [name for name in needed if name not in archive.files]
-            if missing:
-                raise FormatError(f"{path}: found no array {', '.join(missing)}, needed {', '.join(needed)}")
-            return {name: archive[name] for name in archive.files if name != "header"}, header["facts"]
-    except FormatError:
-        raise
-    except (ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError) as error:
+        with zipfile.ZipFile(data) as archive:
+            arrays = {info.filename.removesuffix(".npy"): _read_array(archive, info) for info in archive.infolist()}
+        header = json.loads(str(arrays.pop("header")))
+    except KeyError:
+        raise FormatError(f"{path}: found a file without a refimpl header, needed {kind}") from None
+    except (ValueError, TypeError, EOFError, RecursionError, OverflowError, NotImplementedError, RuntimeError, struct.error, zipfile.BadZipFile,
+            zlib.error, MemoryError) as error:
         raise FormatError(f"{path}: found something else or a damaged file ({_first_line(error)}), needed {kind}") from None
+    if not isinstance(header, dict) or header.get("format") != format_name:
+        found = header.get("format") if isinstance(header, dict) else type(header).__name__
+        raise FormatError(f"{path}: found a refimpl {str(found)[:40]} file, needed {kind}")
+    if header.get("version") != version:
+        raise FormatError(f"{path}: found version {str(header.get('version'))[:20]} of the {format_name} format, needed version {version}; "
+                          "was it written by another release? Make it again with this one")
+    told = header.get("facts")
+    missing = [name for name in needed if name not in arrays]
+    missing += [name for name, kind_of_fact in dict(facts).items() if not isinstance(told, dict) or not _is_fact(told.get(name), kind_of_fact)]
+    if missing:
+        raise FormatError(f"{path}: found no {', '.join(missing)} of the right kind, needed {', '.join([*needed, *dict(facts)])}")
+    return arrays, told
+
+
+def _is_fact(value, kind):
+    """A finite number above 0 for float, else a value of that type; a list holds words."""
+    if kind is float:
+        return isinstance(value, float) and 0 < value < float("inf")
+    return isinstance(value, kind) and (kind is not list or all(isinstance(word, str) for word in value))
+
+
+def _read_array(archive, info):
+    """One `.npy` member, stored without compression, as long as its own header says.   ->  array"""
+    if info.compress_type != zipfile.ZIP_STORED or not info.filename.endswith(".npy"):
+        raise ValueError(f"member {info.filename[:40]!r} is no plain .npy array")
+    with archive.open(info) as member:
+        version = np.lib.format.read_magic(member)
+        read_header = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}.get(version)
+        if read_header is None:
+            raise ValueError(f"member {info.filename[:40]!r} has an unknown .npy version")
+        shape, fortran, dtype = read_header(member)
+        if dtype.kind not in "fiubU" or math.prod(shape) * dtype.itemsize > info.file_size:
+            raise ValueError(f"member {info.filename[:40]!r} is no array of numbers, or shorter than it claims")
+        data = member.read()                                     # the zip's checksum is verified at its end
+    if len(data) != math.prod(shape) * dtype.itemsize:
+        raise ValueError(f"member {info.filename[:40]!r} is longer or shorter than it claims")
+    return np.frombuffer(data, dtype).reshape(shape, order="F" if fortran else "C").copy()
 
 
 def _first_line(error):

@@ -2,10 +2,12 @@
 
 import argparse
 import json
+from pathlib import Path
 
 import numpy as np
 
 from ..holden2017.measure import held_out_distances
+from ..holden2017.checkpoint import fingerprint, load_checkpoint, save_checkpoint
 from ..holden2017.lesson import make_lesson, normalised_windows
 from ..holden2017.model import Manifold, Style, load_manifold, save_manifold, save_style
 from ..holden2017.total import Weights
@@ -57,6 +59,7 @@ def _training_options(command, epochs, rate):
     command.add_argument("--rate", type=float, default=rate, metavar="R", help="Adam's learning rate (default: %(default)s)")
     command.add_argument("--width", type=_whole, default=25, metavar="K", help="frames of a filter (default: %(default)s)")
     command.add_argument("--seed", type=int, default=0, metavar="N", help="(default: %(default)s)")
+    command.add_argument("--resume", action="store_true", help="go on from OUTPUT.checkpoint, which every epoch leaves, if it is there")
     command.add_argument("--curves", metavar="FILE.png", help="draw the losses by epoch")
 
 
@@ -64,13 +67,16 @@ def run_autoencoder(arguments):
     _check_outputs(arguments.output, arguments.curves)
     dataset = load_dataset(arguments.motions)
     clips = dataset.select(held_out=False)
+    if not clips:
+        raise ValueError(f"{arguments.motions}: found no clip to train on, needed some that are not held out")
     normaliser = fit_normaliser(np.concatenate([clip.features for clip in clips]), dataset.source)
     X = normalised_windows(clips, normaliser)
     print(f"{len(X)} windows of {X.shape[2]} frames from {len(clips)} clips of {dataset.source}")
-    epochs = train_autoencoder(X, epochs=arguments.epochs, batch=arguments.batch, rate=arguments.rate, alpha=arguments.alpha,
-                               dropout=arguments.dropout, hidden=arguments.hidden, width=arguments.width, seed=arguments.seed)
-    params = _follow(epochs, arguments.epochs, arguments.curves, ("loss",))
+    settings = {name: getattr(arguments, name) for name in ("epochs", "batch", "rate", "alpha", "dropout", "hidden", "width", "seed")}
+    run = fingerprint(["autoencoder", settings], X)
+    params = _train(arguments, run, ("loss",), lambda state: train_autoencoder(X, state=state, **settings))
     save_manifold(arguments.output, Manifold(params, normaliser, dataset.leg, dataset.bones))
+    _finish(arguments)
     print(f"{arguments.output}: {arguments.hidden} hidden units, filters of {arguments.width} frames")
 
 
@@ -83,11 +89,14 @@ def run_style(arguments):
         contents=arguments.contents.split(",") if arguments.contents else None, pairs=_pairs(arguments.pair))
     print(f"{len(lesson.X)} windows of {', '.join(exemplars)}; style {arguments.style!r} from "
           f"{', '.join(f'{len(clips)} clips for {content}' for content, clips in exemplars.items())}")
-    epochs = train_style(lesson, manifold, epochs=arguments.epochs, weights=weights, batch=arguments.batch, rate=arguments.rate,
-                         channels=arguments.channels, width=arguments.width, seed=arguments.seed)
-    params = _follow(epochs, arguments.epochs, arguments.curves, ("loss", "content", "style", "foot", "bone", "trajectory"))
+    settings = {name: getattr(arguments, name) for name in ("epochs", "batch", "rate", "channels", "width", "seed")}
+    run = fingerprint(["style", settings, vars(weights), lesson.contents], lesson.X, lesson.contacts, lesson.trajectory, *lesson.grams.values(),
+                      *manifold.params.values())
+    params = _train(arguments, run, ("loss", "content", "style", "foot", "bone", "trajectory"),
+                    lambda state: train_style(lesson, manifold, weights=weights, state=state, **settings))
     style = Style(params, manifold, arguments.style, tuple(exemplars))
     save_style(arguments.output, style)
+    _finish(arguments)
     measured = held_out_distances(held_out, exemplars, style, dataset.leg)
     for line in table(_distance_rows(measured)):
         print(line)
@@ -97,16 +106,35 @@ def run_style(arguments):
     print(f"{arguments.output}: style {arguments.style!r} for {', '.join(exemplars)}")
 
 
-def _follow(epochs, total, curves, keys):
-    """Show every epoch as it ends; draw the curves; ->  the last parameters"""
-    progress, records, state = Progress(total, "epoch", seconds=0.0), [], None
-    for record, state in epochs:
+def _train(arguments, run, keys, epochs):
+    """Follow a training loop, from its checkpoint on if that is asked for; leave a checkpoint after every epoch; draw the curves.
+
+    epochs : State or None -> the generator   ->  the last parameters
+    """
+    checkpoint = _checkpoint(arguments)
+    state, records = None, []
+    if arguments.resume and checkpoint.exists():
+        state, records = load_checkpoint(checkpoint, run)
+        print(f"{checkpoint}: going on after epoch {state.epoch} of {arguments.epochs}")
+    progress = Progress(arguments.epochs - len(records), "epoch", seconds=0.0)
+    for record, state in epochs(state):
         records.append(record)
+        save_checkpoint(checkpoint, state, records, run)
         progress.step(epoch_line(record))
-    if curves:
+    if arguments.curves:
         from .. import plot
-        plot.save(plot.curves([{"epoch": r.epoch, **r.losses} for r in records], keys), curves)
+        plot.save(plot.curves([{"epoch": r.epoch, **r.losses} for r in records], keys), arguments.curves)
     return state.params
+
+
+def _checkpoint(arguments):
+    """Where the checkpoints of a run stand: beside its output."""
+    return Path(f"{arguments.output}.checkpoint")
+
+
+def _finish(arguments):
+    """The output is complete: its checkpoint has done its work."""
+    _checkpoint(arguments).unlink(missing_ok=True)
 
 
 def _distance_rows(measured):

@@ -11,6 +11,7 @@ from ..storage import FormatError, load_npz, save_npz
 
 VERSION = 1
 _SKELETON = ("mean", "deviation", "bones")
+_FACTS = {"leg": float, "source": str}
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ def save_manifold(path, manifold):
 
 def load_manifold(path):
     """Read a Manifold.   Raises FormatError when its parts do not fit each other."""
-    arrays, facts = load_npz(path, "manifold", VERSION, ("W0", "b0", *_SKELETON))
+    arrays, facts = load_npz(path, "manifold", VERSION, ("W0", "b0", *_SKELETON), _FACTS)
     return _manifold(path, arrays, facts)
 
 
@@ -63,15 +64,16 @@ def save_style(path, style):
 
 def load_style(path):
     """Read a Style.   Raises FormatError when its parts do not fit each other."""
-    arrays, facts = load_npz(path, "style", VERSION, ("W0", "b0", "W1", "b1", "W2", "b2", "W3", "b3", *_SKELETON))
+    arrays, facts = load_npz(path, "style", VERSION, ("W0", "b0", "W1", "b1", "W2", "b2", "W3", "b3", *_SKELETON),
+                             {**_FACTS, "name": str, "contents": list})
     manifold = _manifold(path, arrays, facts)
     params = {name: arrays[name] for name in ("W1", "b1", "W2", "b2", "W3", "b3")}
-    channels = [FEATURES, params["W1"].shape[0], params["W2"].shape[0], FEATURES]
+    channels = [FEATURES, params["b1"].size, params["b2"].size, FEATURES]
     for layer in (1, 2, 3):
         _check_filters(path, params, f"W{layer}", f"b{layer}", channels[layer], channels[layer - 1])
     if params["W1"].dtype != manifold.params["W0"].dtype:
         raise FormatError(f"{path}: found W1 of {params['W1'].dtype} beside W0 of {manifold.params['W0'].dtype}, needed one precision")
-    return Style(params, manifold, str(facts["name"]), tuple(facts["contents"]))
+    return Style(params, manifold, facts["name"], tuple(facts["contents"]))
 
 
 def _skeleton_arrays(manifold):
@@ -84,19 +86,19 @@ def _facts(manifold):
 
 def _manifold(path, arrays, facts):
     for name, shape in (("mean", (FEATURES,)), ("deviation", (FEATURES,)), ("bones", (len(BONES),))):
-        if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
+        if arrays[name].shape != shape or arrays[name].dtype != float or not np.isfinite(arrays[name]).all():
             raise FormatError(f"{path}: found {name} of shape {arrays[name].shape}, needed finite numbers of shape {shape}")
-    if not (arrays["deviation"] > 0).all() or not isinstance(facts.get("leg"), float) or not facts["leg"] > 0:
-        raise FormatError(f"{path}: found a deviation or a leg's length that is not above 0, needed positive ones")
+    if not (arrays["deviation"] > 0).all():
+        raise FormatError(f"{path}: found a deviation that is not above 0, needed positive ones")
     params = {"W0": arrays["W0"], "b0": arrays["b0"]}
     _check_filters(path, params, "W0", "b0", params["b0"].size, FEATURES)
-    normaliser = Normaliser(arrays["mean"], arrays["deviation"], str(facts["source"]))
+    normaliser = Normaliser(arrays["mean"], arrays["deviation"], facts["source"])
     return Manifold(params, normaliser, facts["leg"], arrays["bones"])
 
 
 def _check_filters(path, params, filters, biases, c_out, c_in):
     W, b = params[filters], params[biases]
-    if W.ndim != 3 or W.shape[:2] != (c_out, c_in) or b.shape != (c_out,) or W.dtype != b.dtype or W.dtype.kind != "f":
+    if W.ndim != 3 or not W.size or W.shape[:2] != (c_out, c_in) or b.shape != (c_out,) or W.dtype != b.dtype or W.dtype not in (np.float32, np.float64):
         raise FormatError(f"{path}: found {filters} {W.dtype} {W.shape} and {biases} {b.dtype} {b.shape}, "
                           f"needed ({c_out}, {c_in}, width) and ({c_out},) of one floating-point type")
     if not (np.isfinite(W).all() and np.isfinite(b).all()):

@@ -175,14 +175,17 @@ def save_dataset(path, dataset):
 
 def load_dataset(path):
     """Read what `save_dataset` wrote.   ->  Dataset.   Raises FormatError when its parts do not fit each other."""
-    arrays, facts = load_npz(path, FORMAT, VERSION, ("features", "contacts", "lengths", "held_out", "bones"))
+    arrays, facts = load_npz(path, FORMAT, VERSION, ("features", "contacts", "lengths", "held_out", "bones"),
+                             {"names": list, "contents": list, "styles": list, "leg": float, "source": str})
     lengths = arrays["lengths"]
-    names, contents, styles = (facts.get(key, []) for key in ("names", "contents", "styles"))
-    if not (len(names) == len(contents) == len(styles) == len(lengths) == len(arrays["held_out"]) > 0
+    names, contents, styles = (facts[key] for key in ("names", "contents", "styles"))
+    if not (lengths.ndim == arrays["held_out"].ndim == 1 and lengths.dtype.kind == "i" and arrays["held_out"].dtype == arrays["contacts"].dtype == bool
+            and arrays["features"].dtype == arrays["bones"].dtype == float and len(names) == len(contents) == len(styles) == len(lengths) == len(arrays["held_out"]) > 0
             and arrays["features"].shape == (lengths.sum(), FEATURES) and arrays["contacts"].shape == (lengths.sum(), 4)
-            and arrays["bones"].shape == (len(BONES),) and (lengths > 0).all() and np.isfinite(arrays["features"]).all()):
+            and arrays["bones"].shape == (len(BONES),) and (lengths > 0).all() and np.isfinite(arrays["features"]).all()
+            and np.isfinite(arrays["bones"]).all()):
         raise FormatError(f"{path}: found arrays and labels that do not fit each other, needed those of one prepare; make it again")
     ends = np.cumsum(lengths)
     clips = tuple(Labelled(name, content, style, bool(out), arrays["features"][end - length:end], arrays["contacts"][end - length:end])
                   for name, content, style, out, length, end in zip(names, contents, styles, arrays["held_out"], lengths, ends))
-    return Dataset(clips, float(facts["leg"]), arrays["bones"], str(facts["source"]))
+    return Dataset(clips, facts["leg"], arrays["bones"], facts["source"])

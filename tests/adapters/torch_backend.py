@@ -26,8 +26,8 @@ def pair(f, arrays=1):
         inputs = [tensor(a) for a in inputs]
         wanted = [a.requires_grad_() for a in inputs[:arrays] if a is not None]
         y = f(*inputs, **attributes)
-        found = [array(d) for d in torch.autograd.grad(y, wanted, torch.tensor(np.array(dy), dtype=y.dtype))]
-        return found[0] if arrays == 1 else tuple(found + [None] * (arrays - len(found)))
+        found = [array(d) for d in torch.autograd.grad(y, wanted, torch.tensor(np.array(dy), dtype=y.dtype))] + [None] * (arrays - len(wanted))
+        return found[0] if arrays == 1 else tuple(found)
     return forward, backward
 
 
@@ -58,11 +58,6 @@ def avg_pool1d(x, width=2, **attributes):
     return F.avg_pool1d(x, width, **attributes)
 
 
-def clips(r):
-    """(N, ...)  ->  (N, elements)"""
-    return r[:, None].flatten(1)
-
-
 def adam_step(p, g, m, v, *, t, rate=1e-3, beta1=0.9, beta2=0.999, epsilon=1e-8):
     parameter, m, v = tensor(p).requires_grad_(), tensor(m), tensor(v)
     parameter.grad = tensor(g)
@@ -76,7 +71,8 @@ PAIRS = {"conv1d": pair(conv1d, 3), "conv_transpose1d": pair(conv_transpose1d, 3
          "max_unpool1d": pair(lambda h, indices, length: F.max_unpool1d(h, indices, length - h.shape[2] + 1, 1, 0, (length,))),
          "avg_depool1d": pair(lambda h, width=2: F.interpolate(h, scale_factor=width) / width),
          "relu": pair(torch.relu), "gram": pair(lambda h: h @ h.mT), "l1": pair(lambda a: a.abs().sum()),
-         "norm": pair(lambda r: torch.linalg.vector_norm(clips(r), dim=1)), "sum_squares": pair(lambda r: clips(r).square().sum(1)),
-         "mean_squares": pair(lambda r: clips(r).square().mean(1)), "squared_error": pair(F.mse_loss, 2), "absolute_error": pair(F.l1_loss, 2)}
+         "norm": pair(lambda r: torch.linalg.vector_norm(r[:, None].flatten(1), dim=1)),
+         "sum_squares": pair(lambda r: r[:, None].flatten(1).square().sum(1)), "mean_squares": pair(lambda r: r[:, None].flatten(1).square().mean(1)),
+         "squared_error": pair(F.mse_loss, 2), "absolute_error": pair(F.l1_loss, 2)}
 BACKEND = {name: f for name, (f, _) in PAIRS.items()} | {f"{name}_backward": f for name, (_, f) in PAIRS.items()}
 BACKEND |= {"max_pool1d_indices": lambda *a, **k: pair(lambda *b: max_pool1d(*b, return_indices=True, **k)[1])[0](*a), "adam_step": adam_step}

@@ -80,6 +80,8 @@ def test_infinity_in_an_averaged_window_stays_infinity():
 @pytest.mark.parametrize("call, words", [
     (lambda: nn.avg_depool1d(np.zeros((1, 2, 0))), r"h: found shape \(1, 2, 0\), needed at least one frame"),
     (lambda: nn.conv_transpose1d(np.zeros((1, 4, 0)), W), "h: found 0 frames"),
+    (lambda: nn.conv1d(H, W, padding=True), "padding: found True"), (lambda: nn.conv1d(H, W, padding=(0, False)), "padding: found"),
+    (lambda: nn.max_pool1d(H, 3, padding=2), "padding: found 2, needed at most half of width 3"),
     (lambda: nn.sum_squares_backward(np.zeros(3), H), r"dS: found shape \(3,\)"), (lambda: nn.mean_squares_backward(np.zeros(3), H), "dM: found shape"),
     (lambda: nn.l1_backward(np.zeros(1), H), r"dy: found shape \(1,\), needed \(\)"), (lambda: nn.l1_backward("2", H), "dy: found '2'"),
     (lambda: nn.squared_error_backward(np.zeros(H.shape, np.float32), H, H, reduction="none"), "dloss: found dtype float32"),
@@ -88,6 +90,16 @@ def test_infinity_in_an_averaged_window_stays_infinity():
 def test_bad_input_is_named(call, words):
     with pytest.raises(ValueError, match=words):
         call()
+
+
+def test_without_a_bias_there_is_no_gradient_of_it():
+    y = nn.conv1d(H, W)
+    assert nn.conv1d_backward(y, H, W)[2] is None
+    assert nn.conv_transpose1d_backward(H, y, W)[2] is None
+
+
+def test_norm_of_infinity_is_infinity():
+    np.testing.assert_array_equal(nn.norm(np.array([[np.inf, 1.0], [3.0, 4.0]])), [np.inf, 5.0])
 
 
 def test_adam_takes_a_numpy_rate_without_widening():

@@ -54,6 +54,8 @@ def test_rounding_of_a_large_value_is_doubted():
     """A slope of 1 on a value of 1e9 cannot be seen to 1e-8, and the doubt says so."""
     found, doubt = derivative.extrapolate(through(lambda x: x + 1e9), ONE)
     assert abs(found - 1) <= 10 * doubt and doubt > 1e-6
+    found, doubt = derivative.extrapolate(through(lambda x: x + 1e15), ONE)      # no difference at all: certain only in appearance
+    assert found == 0 and doubt > 1
 
 
 def test_steps_suit_the_size_of_the_input():
@@ -66,6 +68,11 @@ def test_remainder_falls_as_the_square_only_for_the_right_derivative():
     assert derivative.remainder_slope(through(np.sin), ONE, np.cos(0.7)) == pytest.approx(2, abs=0.01)
     assert derivative.remainder_slope(through(np.sin), ONE, np.cos(0.7) + 0.1) == pytest.approx(1, abs=0.05)
     assert derivative.remainder_slope(through(lambda x: 3 * x), ONE, 3.0) is None
+
+
+def test_the_rate_alone_refuses_a_wrong_gradient():
+    with pytest.raises(nn.GradientError, match=r"Taylor remainder falls as h\^1"):
+        nn.check_direction(np.sin, lambda dy, x: 1.1 * dy * np.cos(x), np.array([0.7, 0.3]), tolerance=1.0)
 
 
 def test_one_sided_derivatives():

@@ -114,6 +114,10 @@ def in_one_buffer():
     return backward
 
 
+def wrong_on_a_spread_upstream(dy, x, w, b):
+    return right(dy if all(dy.strides) else np.ascontiguousarray(dy) * 2, x, w, b)
+
+
 def stale():
     """Remembers the first x it saw, as a layer that caches its input would."""
     seen = []
@@ -156,7 +160,7 @@ FAULTS = {
     "one sign": lambda: one_element(lambda v: -v), "one element off by 1 %": lambda: one_element(lambda v: 1.01 * v),
     "input mutated": lambda: input_mutated, "upstream mutated": lambda: upstream_mutated, "1e-9 noise": lambda: noisy,
     "hidden state": counting, "float32 returned": lambda: single, "wrong on a strided upstream gradient": lambda: wrong_on_strided_upstream,
-    "memory order": lambda: reads_memory_order, "aliased": lambda: aliased, "one buffer for all calls": in_one_buffer,
+    "wrong on an upstream gradient of stride 0": lambda: wrong_on_a_spread_upstream, "memory order": lambda: reads_memory_order, "aliased": lambda: aliased, "one buffer for all calls": in_one_buffer,
     "stale input": stale, "read-only gradient": lambda: read_only, "wrong shape": lambda: wrong_shape,
     "not linear in the upstream gradient": lambda: quadratic, "a gradient missing": lambda: missing, "NaN": lambda: nan}
 

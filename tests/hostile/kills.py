@@ -1,0 +1,92 @@
+"""Kill training with SIGKILL at random moments, resume it, and compare with a run that nobody disturbed. `python -m tests.hostile.kills 50`"""
+
+import os
+from pathlib import Path
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+from refimpl.cli import main
+from refimpl.holden2017.model import load_manifold, load_style
+from refimpl.motion import bvh, synthetic
+from refimpl.storage import FormatError, load_npz
+
+AUTOENCODER = ["--epochs", "6", "--hidden", "12", "--width", "9", "--batch", "2"]
+STYLE = ["--style", "old", "--epochs", "6", "--channels", "8", "--width", "9", "--batch", "2"]
+
+
+def prepare_folder(folder):
+    """A few clips and motions.npz."""
+    clips = folder / "clips"
+    clips.mkdir()
+    for number in range(3):
+        for style in ("normal", "old"):
+            bvh.write_bvh(clips / f"walk_{style}_{number}.bvh", synthetic.make_clip("walk", style, synthetic.person(number), seconds=6.0).clip)
+    assert main(["prepare", str(clips), "-o", str(folder / "motions.npz")]) == 0
+
+
+def commands(folder, name):
+    """The words of both trainings, writing NAME-manifold.npz and NAME-old.npz."""
+    manifold = folder / f"{name}-manifold.npz"
+    return (["train-autoencoder", str(folder / "motions.npz"), "-o", str(manifold), *AUTOENCODER],
+            ["train-style", str(folder / "motions.npz"), str(folder / "whole-manifold.npz"), "-o", str(folder / f"{name}-old.npz"), *STYLE])
+
+
+def run_and_kill(words, seconds):
+    """Run a command and kill it after some time.   ->  whether it was still running"""
+    process = subprocess.Popen([sys.executable, "-m", "refimpl", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    try:
+        process.wait(timeout=seconds)
+        return False
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        return True
+
+
+def corrupt_files(folder):
+    """Files under a final name that cannot be read whole.   ->  list of paths"""
+    bad = []
+    for path in folder.glob("killed-*"):
+        try:
+            if path.name.endswith(".checkpoint"):
+                load_npz(path, "checkpoint", 1, ())
+            else:
+                (load_manifold if "manifold" in path.name else load_style)(path)
+        except FormatError:
+            bad.append(path)
+    return bad
+
+
+def campaign(folder, kills, seed=0):
+    """Kill and resume until so many kills were made.   ->  kills, finished runs, corrupt files, differing results"""
+    prepare_folder(folder)
+    for words in commands(folder, "whole"):
+        assert main(words) == 0
+    rng, made, finished, corrupt, differing = random.Random(seed), 0, 0, [], []
+    began = time.monotonic()
+    run_and_kill(commands(folder, "timed")[0], 600)
+    length = time.monotonic() - began                            # of an undisturbed run, start-up and all
+    while made < kills:
+        for words in commands(folder, "killed"):
+            while made < kills and run_and_kill([*words, "--resume"], rng.uniform(0.3, 1.0) * length):
+                made += 1
+                corrupt += corrupt_files(folder)
+            if main([*words, "--resume"]) != 0:
+                differing.append(" ".join(words))
+        finished += 1
+        for name in ("manifold", "old"):
+            if (folder / f"killed-{name}.npz").read_bytes() != (folder / f"whole-{name}.npz").read_bytes():
+                differing.append(name)
+            (folder / f"killed-{name}.npz").unlink()
+    return made, finished, corrupt, differing
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as name:
+        made, finished, corrupt, differing = campaign(Path(name), int(sys.argv[1]) if len(sys.argv) > 1 else 50)
+    print(f"{made} kills, {finished} pairs of trainings brought to their end, {len(corrupt)} corrupt files, {len(differing)} differing results")
+    sys.exit(bool(corrupt or differing))
