@@ -25,14 +25,12 @@ def pad(x, before, after, value=0.0, between=0):
 
 
 def zeros(padding, reach):
-    named = {"valid": (0, 0), "same": (reach // 2, reach - reach // 2)}
-    return named[padding] if isinstance(padding, str) else padding if isinstance(padding, tuple) else (padding, padding)
+    return padding if isinstance(padding, tuple) else {"valid": (0, 0), "same": (reach // 2, reach - reach // 2)}.get(padding, (padding, padding))
 
 
 def conv1d(x, w, b=None, *, stride=1, padding="same", dilation=1, groups=1):
     padded = pad(x, *zeros(padding, dilation * (w.shape[2] - 1)))
-    y = lax.conv_general_dilated(padded, w, (stride,), "VALID", (1,), (dilation,), ("NCH", "OIH", "NCH"), groups)
-    return y if b is None else y + b[:, None]
+    return lax.conv_general_dilated(padded, w, (stride,), "VALID", (1,), (dilation,), ("NCH", "OIH", "NCH"), groups) + (0 if b is None else b[:, None])
 
 
 def conv_transpose1d(h, w, b=None, *, stride=1, padding="same", output_padding=0, dilation=1, groups=1):
@@ -69,14 +67,12 @@ def clips(measure):
 
 
 REDUCE = {"none": jnp.asarray, "mean": jnp.mean, "sum": jnp.sum}
-PAIRS = {"conv1d": pair(conv1d, 3), "conv_transpose1d": pair(conv_transpose1d, 3), "avg_pool1d": pair(avg_pool1d),
+PAIRS = {"conv1d": pair(conv1d, 3), "conv_transpose1d": pair(conv_transpose1d, 3), "avg_pool1d": pair(avg_pool1d), "l1": pair(lambda a: jnp.abs(a).sum()),
          "max_pool1d": pair(lambda x, width=2, **attributes: windows(x, -np.inf, width, **attributes)[0].max(axis=-1)),
-         "max_unpool1d": pair(lambda h, indices, length: jnp.zeros((*h.shape[:2], length), h.dtype).at[
-             (*np.indices(h.shape, sparse=True)[:2], indices)].set(h)),
+         "max_unpool1d": pair(lambda h, at, length: jnp.zeros((*h.shape[:2], length), h.dtype).at[(*np.indices(h.shape, sparse=True)[:2], at)].set(h)),
          "avg_depool1d": pair(lambda h, width=2: jnp.repeat(h, width, axis=2) / width),
-         "relu": pair(jax.nn.relu), "gram": pair(lambda h: h @ jnp.swapaxes(h, 1, 2)), "l1": pair(lambda a: jnp.abs(a).sum()),
-         "norm": clips(jnp.linalg.norm), "sum_squares": clips(lambda r, axis: jnp.square(r).sum(axis)),
-         "mean_squares": clips(lambda r, axis: jnp.square(r).mean(axis)),
+         "relu": pair(jax.nn.relu), "gram": pair(lambda h: h @ jnp.swapaxes(h, 1, 2)), "norm": clips(jnp.linalg.norm),
+         "sum_squares": clips(lambda r, axis: jnp.square(r).sum(axis)), "mean_squares": clips(lambda r, axis: jnp.square(r).mean(axis)),
          "squared_error": pair(lambda x, y, *, reduction="mean": REDUCE[reduction](jnp.square(x - y)), 2),
          "absolute_error": pair(lambda x, y, *, reduction="mean": REDUCE[reduction](jnp.abs(x - y)), 2)}
 BACKEND = {name: f for name, (f, _) in PAIRS.items()} | {f"{name}_backward": f for name, (_, f) in PAIRS.items()}

@@ -9,13 +9,12 @@ import sys
 import tempfile
 import time
 
-from refimpl.cli import main
 from refimpl.holden2017.model import load_manifold, load_style
 from refimpl.motion import bvh, synthetic
 from refimpl.storage import FormatError, load_npz
 
-AUTOENCODER = ["--epochs", "6", "--hidden", "12", "--width", "9", "--batch", "2"]
-STYLE = ["--style", "old", "--epochs", "6", "--channels", "8", "--width", "9", "--batch", "2"]
+AUTOENCODER = ["--hidden", "16", "--width", "9", "--batch", "2"]
+STYLE = ["--style", "old", "--channels", "8", "--width", "9", "--batch", "2"]
 
 
 def prepare_folder(folder):
@@ -25,14 +24,20 @@ def prepare_folder(folder):
     for number in range(3):
         for style in ("normal", "old"):
             bvh.write_bvh(clips / f"walk_{style}_{number}.bvh", synthetic.make_clip("walk", style, synthetic.person(number), seconds=6.0).clip)
-    assert main(["prepare", str(clips), "-o", str(folder / "motions.npz")]) == 0
+    assert run(["prepare", str(clips), "-o", str(folder / "motions.npz")]) == 0
 
 
-def commands(folder, name):
+def commands(folder, name, epochs=6):
     """The words of both trainings, writing NAME-manifold.npz and NAME-old.npz."""
+    first, second = [*AUTOENCODER, "--epochs", str(epochs)], [*STYLE, "--epochs", str(epochs)]
     manifold = folder / f"{name}-manifold.npz"
-    return (["train-autoencoder", str(folder / "motions.npz"), "-o", str(manifold), *AUTOENCODER],
-            ["train-style", str(folder / "motions.npz"), str(folder / "whole-manifold.npz"), "-o", str(folder / f"{name}-old.npz"), *STYLE])
+    return (["train-autoencoder", str(folder / "motions.npz"), "-o", str(manifold), *first],
+            ["train-style", str(folder / "motions.npz"), str(folder / "whole-manifold.npz"), "-o", str(folder / f"{name}-old.npz"), *second])
+
+
+def run(words):
+    """Run a command to its end in a process of its own.   ->  status"""
+    return subprocess.run([sys.executable, "-m", "refimpl", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode
 
 
 def run_and_kill(words, seconds):
@@ -61,32 +66,33 @@ def corrupt_files(folder):
     return bad
 
 
-def campaign(folder, kills, seed=0):
-    """Kill and resume until so many kills were made.   ->  kills, finished runs, corrupt files, differing results"""
+def campaign(folder, kills, epochs=60, seed=0):
+    """Kill and resume until so many kills were made.   ->  kills, those that hit a training under way, finished runs, corrupt files, differing results"""
     prepare_folder(folder)
-    for words in commands(folder, "whole"):
-        assert main(words) == 0
-    rng, made, finished, corrupt, differing = random.Random(seed), 0, 0, [], []
+    for words in commands(folder, "whole", epochs):
+        assert run(words) == 0
+    rng, made, under_way, finished, corrupt, differing = random.Random(seed), 0, 0, 0, [], []
     began = time.monotonic()
-    run_and_kill(commands(folder, "timed")[0], 600)
+    run(commands(folder, "timed", epochs)[0])
     length = time.monotonic() - began                            # of an undisturbed run, start-up and all
     while made < kills:
-        for words in commands(folder, "killed"):
-            while made < kills and run_and_kill([*words, "--resume"], rng.uniform(0.3, 1.0) * length):
+        for words in commands(folder, "killed", epochs):
+            while made < kills and run_and_kill([*words, "--resume"], rng.uniform(0.3, 0.9) * length):
                 made += 1
+                under_way += Path(f"{words[words.index('-o') + 1]}.checkpoint").exists()
                 corrupt += corrupt_files(folder)
-            if main([*words, "--resume"]) != 0:
+            if run([*words, "--resume"]) != 0:
                 differing.append(" ".join(words))
         finished += 1
         for name in ("manifold", "old"):
             if (folder / f"killed-{name}.npz").read_bytes() != (folder / f"whole-{name}.npz").read_bytes():
                 differing.append(name)
             (folder / f"killed-{name}.npz").unlink()
-    return made, finished, corrupt, differing
+    return made, under_way, finished, corrupt, differing
 
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
-        made, finished, corrupt, differing = campaign(Path(name), int(sys.argv[1]) if len(sys.argv) > 1 else 50)
-    print(f"{made} kills, {finished} pairs of trainings brought to their end, {len(corrupt)} corrupt files, {len(differing)} differing results")
+        made, under_way, finished, corrupt, differing = campaign(Path(name), int(sys.argv[1]) if len(sys.argv) > 1 else 50)
+    print(f"{made} kills, {under_way} of them after an epoch was done, {finished} pairs of trainings brought to their end, {len(corrupt)} corrupt files, {len(differing)} differing results")
     sys.exit(bool(corrupt or differing))
