@@ -14,9 +14,16 @@ from .commands import check, demo, inspect, prepare, train, transfer
 GROUPS = (demo, inspect, prepare, train, transfer, check)
 
 
+class Parser(argparse.ArgumentParser):
+    """argparse's parser, which answers wrong words in one line like every other error here."""
+
+    def error(self, message):
+        self.exit(2, f"refimpl: error: {message}; see `{self.prog} --help`\n")
+
+
 def parser():
     """The whole command line as an argparse parser."""
-    top = argparse.ArgumentParser(
+    top = Parser(
         prog="refimpl", description="Motion style transfer in NumPy with hand-written gradients.",
         epilog="Every step leaves one file, so that each can be looked at and repeated. `refimpl COMMAND --help` tells more.")
     commands = top.add_subparsers(title="commands", metavar="COMMAND", required=True)

@@ -111,7 +111,6 @@ def test_other_wrong_input(models, folder, tmp_path, capsys):
             (["prepare", str(folder), "-o", out, "--pattern", "(?P<content>x)"], "needed the named groups"),
             (["prepare", str(folder), "-o", out, "--pattern", "(?P<content>X)(?P<style>Y)"], "found no clip with labels"),
             (["prepare", str(folder), "-o", out, "--labels", str(labels)], "labels.csv:2: found no clip 'nothing'"),
-            (["prepare", str(folder), "-o", out, "--hold-out", "1.5"], "--hold-out"),
             (["prepare", str(folder), "-o", str(empty)], "is a folder"),
             (["prepare", str(folder), "-o", str(tmp_path / "no" / "out.npz")], "does not exist"),
             (["train-autoencoder", manifold, "-o", out], "found a refimpl manifold file, needed a refimpl motions file"),
@@ -125,6 +124,21 @@ def test_other_wrong_input(models, folder, tmp_path, capsys):
         captured = capsys.readouterr()
         assert words in captured.err and "Traceback" not in captured.err and captured.err.count("\n") == 1
         assert sorted(p.name for p in tmp_path.iterdir()) == ["empty", "labels.csv"]
+
+
+@pytest.mark.parametrize("words, message", [
+    ([], "required: COMMAND"), (["swim"], "invalid choice: 'swim'"), (["prepare"], "required: FOLDER"),
+    (["prepare", "x", "-o", "y", "--hold-out", "1.5"], "--hold-out: found '1.5', needed a number from 0 on and below 1"),
+    (["train-autoencoder", "x", "-o", "y", "--epochs", "0"], "--epochs: found '0', needed a whole number from 1 on"),
+    (["train-autoencoder", "x", "-o", "y", "--rate", "nan"], "--rate: found 'nan', needed a number above 0"),
+    (["train-autoencoder", "x", "-o", "y", "--dropout", "1"], "--dropout: found '1'"), (["demo", "--seed", "-1"], "--seed"),
+    (["train-style", "x", "y", "--style", "old", "-o", "z", "--weight-style", "inf"], "--weight-style: found 'inf'"),
+    (["demo", "--style", "vampire"], "invalid choice: 'vampire'")])
+def test_wrong_words_are_one_line(words, message, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(words)
+    err = capsys.readouterr().err
+    assert stopped.value.code == 2 and message in err and err.startswith("refimpl: error:") and err.count("\n") == 1
 
 
 def test_labels_from_a_file(folder, tmp_path, capsys):

@@ -8,6 +8,7 @@ from ..conformance.golden import export, verify
 from ..conformance.prove import prove
 from ..conformance.report import failures, proof_table, table, write_json, write_junit
 from ..storage import check_writable
+from .options import whole
 
 
 def add_commands(commands):
@@ -20,13 +21,13 @@ def add_commands(commands):
     check.add_argument("--junit", metavar="FILE", help="write every verdict as JUnit XML")
     check.add_argument("--xfail", metavar="FILE", help="patterns of case ids that are known to fail, one a line")
     check.add_argument("--operations", metavar="A,B", help="only these operations (default: all)")
-    check.add_argument("--seed", type=int, default=0, metavar="N", help="of the random inputs (default: %(default)s)")
+    check.add_argument("--seed", type=whole(0), default=0, metavar="N", help="of the random inputs (default: %(default)s)")
     check.set_defaults(run=run_check)
 
     golden = commands.add_parser("export", help="write golden vectors", description="Write inputs and outputs of every case, and a manifest, to a folder.")
     golden.add_argument("folder", metavar="DIR")
     golden.add_argument("--operations", metavar="A,B", help="only these operations (default: all)")
-    golden.add_argument("--seed", type=int, default=0, metavar="N", help="of the random inputs (default: %(default)s)")
+    golden.add_argument("--seed", type=whole(0), default=0, metavar="N", help="of the random inputs (default: %(default)s)")
     golden.set_defaults(run=run_export)
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from ..motion.dataset import HELD_OUT, PATTERN, find_clips, labels_by_pattern, labels_from_file, prepare, save_dataset
 from ..motion.joints import read_mapping
 from ..storage import check_writable
+from .options import number
 from .progress import Progress, table
 
 
@@ -18,14 +19,12 @@ def add_commands(commands):
                         help="searched in each file's name without its ending; named groups content and style; other files are left out "
                              f"(default: {PATTERN.replace('%', '%%')})")
     command.add_argument("--mapping", metavar="FILE.csv", help="lines slot,joint for skeletons with other names")
-    command.add_argument("--hold-out", type=float, default=HELD_OUT, metavar="SHARE",
+    command.add_argument("--hold-out", type=number(least=0, below=1), default=HELD_OUT, metavar="SHARE",
                          help="share of the clips of each content and style kept out of training, rounded down (default: %(default)s)")
     command.set_defaults(run=run)
 
 
 def run(arguments):
-    if not 0 <= arguments.hold_out < 1:
-        raise ValueError(f"--hold-out: found {arguments.hold_out}, needed a share from 0 to below 1")
     check_writable(arguments.output)
     overrides = read_mapping(arguments.mapping) if arguments.mapping else None
     paths = find_clips(arguments.folder)

@@ -1,6 +1,5 @@
 """`refimpl train-autoencoder` and `refimpl train-style`: the loss network, and one transformation network a style."""
 
-import argparse
 import json
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from ..holden2017.train import AUTOENCODER_RATE, BATCH, RATE, train_autoencoder,
 from ..motion.dataset import load_dataset
 from ..motion.prepare import fit_normaliser
 from ..storage import atomic_write, check_writable
+from .options import number, whole
 from .progress import Progress, epoch_line, table
 
 
@@ -24,10 +24,10 @@ def add_commands(commands):
     manifold.add_argument("motions", metavar="MOTIONS.npz", help="what `refimpl prepare` wrote")
     manifold.add_argument("-o", "--output", metavar="MANIFOLD.npz", required=True)
     _training_options(manifold, epochs=25, rate=AUTOENCODER_RATE)
-    manifold.add_argument("--hidden", type=_whole, default=256, metavar="M", help="hidden units (default: %(default)s)")
-    manifold.add_argument("--dropout", type=float, default=0.1, metavar="P",
+    manifold.add_argument("--hidden", type=whole(1), default=256, metavar="M", help="hidden units (default: %(default)s)")
+    manifold.add_argument("--dropout", type=number(least=0, below=1), default=0.1, metavar="P",
                           help="share of input numbers set to 0 while it learns; 0 is equation 3 as printed (default: %(default)s)")
-    manifold.add_argument("--alpha", type=float, default=0.01, metavar="A", help="weight of the sparsity term (default: %(default)s)")
+    manifold.add_argument("--alpha", type=number(least=0), default=0.01, metavar="A", help="weight of the sparsity term (default: %(default)s)")
     manifold.set_defaults(run=run_autoencoder)
 
     style = commands.add_parser("train-style", help="train a style (equation 10)",
@@ -37,7 +37,7 @@ def add_commands(commands):
     style.add_argument("--style", required=True, metavar="NAME", help="the label of the style's exemplar clips")
     style.add_argument("-o", "--output", metavar="STYLE.npz", required=True)
     _training_options(style, epochs=100, rate=RATE)
-    style.add_argument("--channels", type=_whole, default=128, metavar="C", help="channels between its layers (default: %(default)s)")
+    style.add_argument("--channels", type=whole(1), default=128, metavar="C", help="channels between its layers (default: %(default)s)")
     style.add_argument("--content-style", default="normal", metavar="NAME", help="the style of the clips to learn on (default: %(default)s)")
     style.add_argument("--clips", metavar="REGEX", help="learn only on content clips in whose name this is found")
     style.add_argument("--exemplars", metavar="REGEX", help="take only exemplar clips in whose name this is found")
@@ -46,7 +46,7 @@ def add_commands(commands):
                        help="pair a content with another content's exemplar; may be repeated (default: the same name, "
                             "or the beginning of it: walk-turn-left with walk)")
     for name, value in vars(Weights()).items():
-        style.add_argument(f"--weight-{name}", type=float, default=value, metavar="W",
+        style.add_argument(f"--weight-{name}", type=number(least=0), default=value, metavar="W",
                            help=f"weight of the {name} loss, for centimetres (default: %(default)s)" if name != "turn" else
                                 "what a squared radian counts against a squared centimetre in the trajectory loss (default: %(default)s)")
     style.add_argument("--report", metavar="FILE.json", help="write what was measured on the held-out clips")
@@ -54,11 +54,11 @@ def add_commands(commands):
 
 
 def _training_options(command, epochs, rate):
-    command.add_argument("--epochs", type=_whole, default=epochs, metavar="N", help="(default: %(default)s)")
-    command.add_argument("--batch", type=_whole, default=BATCH, metavar="N", help="windows a step (default: %(default)s)")
-    command.add_argument("--rate", type=float, default=rate, metavar="R", help="Adam's learning rate (default: %(default)s)")
-    command.add_argument("--width", type=_whole, default=25, metavar="K", help="frames of a filter (default: %(default)s)")
-    command.add_argument("--seed", type=int, default=0, metavar="N", help="(default: %(default)s)")
+    command.add_argument("--epochs", type=whole(1), default=epochs, metavar="N", help="(default: %(default)s)")
+    command.add_argument("--batch", type=whole(1), default=BATCH, metavar="N", help="windows a step (default: %(default)s)")
+    command.add_argument("--rate", type=number(above=0), default=rate, metavar="R", help="Adam's learning rate (default: %(default)s)")
+    command.add_argument("--width", type=whole(1), default=25, metavar="K", help="frames of a filter (default: %(default)s)")
+    command.add_argument("--seed", type=whole(0), default=0, metavar="N", help="(default: %(default)s)")
     command.add_argument("--resume", action="store_true", help="go on from OUTPUT.checkpoint, which every epoch leaves, if it is there")
     command.add_argument("--curves", metavar="FILE.png", help="draw the losses by epoch")
 
@@ -161,9 +161,3 @@ def _check_outputs(*paths):
     for path in paths:
         if path:
             check_writable(path)
-
-
-def _whole(text):
-    if not text.isascii() or not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"found {text!r}, needed a whole number from 1 on")
-    return int(text)

@@ -22,10 +22,13 @@ class Stylised:
 
 def stylise(features, style, *, projected=True, kernels=nn):
     """P(T(I)) of features on the model's scale, or T(I) alone.   (T, 66)  ->  (T, 66)"""
-    output = transform(style.manifold.network_input(features), style.params, kernels=kernels)
-    if projected:
-        output = project(output, style.manifold.params, kernels=kernels)
-    return style.manifold.motion(output)
+    output = style.manifold.motion(transform(style.manifold.network_input(features), style.params, kernels=kernels))
+    return project_features(output, style.manifold, kernels=kernels) if projected else output
+
+
+def project_features(features, manifold, *, kernels=nn):
+    """P(X) = L+(L(X)) of features on the model's scale.   (T, 66)  ->  (T, 66)"""
+    return manifold.motion(project(manifold.network_input(features), manifold.params, kernels=kernels))
 
 
 def transfer(take, style, *, projected=True, kernels=nn):
@@ -34,11 +37,10 @@ def transfer(take, style, *, projected=True, kernels=nn):
     The character is brought to the model's size and back, and starts where and as the content starts. Its root keeps the velocities of
     T(I), which equation 9 holds to the content's; the projection would lead the path astray (see the README's deviations).
     """
-    leg = take.leg
-    content = to_scale(take.features, leg, style.manifold.leg)
-    moved = stylise(content, style, projected=projected, kernels=kernels)
-    if projected:
-        moved[:, VELOCITIES] = stylise(content, style, projected=False, kernels=kernels)[:, VELOCITIES]
-    features = to_scale(moved, style.manifold.leg, leg)
+    leg, manifold = take.leg, style.manifold
+    transformed = stylise(to_scale(take.features, leg, manifold.leg), style, projected=False, kernels=kernels)
+    moved = project_features(transformed, manifold, kernels=kernels) if projected else transformed.copy()
+    moved[:, VELOCITIES] = transformed[:, VELOCITIES]
+    features = to_scale(moved, manifold.leg, leg)
     positions = decode(features, take.start)
     return Stylised(to_clip(take, positions), positions, features)

@@ -1,0 +1,191 @@
+"""`refimpl segment`, `refimpl synthesise`, `refimpl experiment torresani`: the 2006 system."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..motion.bvh import read_bvh, write_bvh
+from ..motion.dataset import PATTERN
+from ..storage import atomic_write, check_writable
+from ..torresani2006 import experiment, performers
+from ..torresani2006.database import embedded_database, read_database, train
+from ..torresani2006.observe import EFFORTS
+from ..torresani2006.poses import clip_of, fit_body, fragment_of, size_ratio
+from ..torresani2006.regress import MODELS
+from ..torresani2006.segment import segment
+from ..torresani2006.synthesise import NEIGHBOURS, check_style, contents_of, observed_style, synthesise
+from .progress import Progress, table
+
+LOOKS = 8
+
+
+def add_commands(commands):
+    command = commands.add_parser("segment", help="cut a clip into the actions of a database",
+                                  description="Cut a clip into pieces, each matched by a fragment of a database (equations 8 to 11).")
+    _add_database(command)
+    command.set_defaults(run=run_segment)
+    command = commands.add_parser("synthesise", help="a clip with the flow, weight and time that you ask for",
+                                  description="Replace each action of a clip by a blend of two of the database's, in the style asked for.")
+    _add_database(command)
+    for effort, poles in zip(EFFORTS, ("bound -3 .. free 3", "light -3 .. strong 3", "sustained -3 .. sudden 3")):
+        command.add_argument(f"--{effort}", type=float, default=0.0, metavar="E", help=f"{poles} (default: %(default)g)")
+    command.add_argument("-o", "--output", metavar="OUT.bvh", required=True)
+    command.add_argument("--model", choices=MODELS, default="kernel ridge", help="(default: %(default)s)")
+    command.add_argument("--neighbours", type=int, default=NEIGHBOURS, metavar="K", help="fragments to blend from (default: %(default)s)")
+    command.add_argument("--looks", type=int, metavar="N", help="of the N best pairs take the one whose blend the computed observer sees "
+                         f"nearest; 1 trusts the prediction alone (default: {LOOKS}, with --labels 1)")
+    command.add_argument("--seed", type=int, default=0, metavar="N", help="of the blends learnt from (default: %(default)s)")
+    command.set_defaults(run=run_synthesise)
+    command = commands.add_parser("experiment", help="repeat a paper's experiments", description="Repeat a paper's experiments.")
+    command = command.add_subparsers(title="experiments", metavar="PAPER", required=True).add_parser(
+        "torresani", help="Table 1 and Figure 1 of Torresani 2006, segmentation and synthesis measured",
+        description="Table 1 and Figure 1 of Torresani 2006, beside the paper's numbers; how phrases are cut; whether a style asked for is seen.")
+    command.add_argument("folder", metavar="FOLDER", nargs="?", help="BVH clips, five actions by twelve performers; the embedded performers unless given")
+    command.add_argument("--out", metavar="DIR", type=Path, default=Path("refimpl-torresani"), help="made if missing (default: %(default)s)")
+    command.add_argument("--pattern", metavar="REGEX", default=PATTERN, help="named groups content and style (here: the performer)")
+    command.add_argument("--splits", type=int, default=experiment.SPLITS, metavar="N", help="(default: %(default)s)")
+    command.add_argument("--trials", type=int, default=10, metavar="N", help="styles asked for, of each performer (default: %(default)s)")
+    command.add_argument("--seed", type=int, default=0, metavar="N", help="(default: %(default)s)")
+    command.set_defaults(run=run_experiment)
+
+
+def _add_database(command):
+    command.add_argument("clip", metavar="CLIP.bvh")
+    command.add_argument("database", metavar="DATABASE", nargs="?", help="a folder of BVH clips on the same skeleton, each an action; "
+                         "the embedded performers unless given")
+    command.add_argument("--labels", metavar="LABELS.csv", help="an analyst's styles: header clip,start,end,flow,weight,time; every line is a "
+                         "fragment. Without it styles are those of the computed observer")
+    command.add_argument("--pattern", metavar="REGEX", default=PATTERN,
+                         help=f"content from file names; clips of other names are grouped by likeness (default: {PATTERN.replace('%', '%%')})")
+
+
+def _load(arguments):
+    """->  the database, the clip, the clip as a fragment"""
+    clip = read_bvh(arguments.clip)
+    if arguments.database is None:
+        if arguments.labels:
+            raise ValueError("--labels: found a label file without a DATABASE, needed the folder with the clips that it names")
+        database = embedded_database()
+    else:
+        database = read_database(arguments.database, labels=arguments.labels, pattern=arguments.pattern)
+    return database, clip, fragment_of(clip, database.body, Path(arguments.clip).stem)
+
+
+def run_segment(arguments):
+    database, clip, Y = _load(arguments)
+    cost, pieces = segment(Y.angles, [fragment.angles for fragment in database.fragments])
+    for line in table(_piece_rows(database, pieces, Y.fps, clip.fps)):
+        print(line)
+    print(f"{arguments.clip}: {len(pieces)} pieces, SSD {cost:.5g}")
+
+
+def _piece_rows(database, pieces, fps, file_fps):
+    """Header and a row a piece: frames of the file, seconds, content, fragment, SSD."""
+    rows = [["content", "first frame", "last frame", "from s", "to s", "SSD", "fragment"]]
+    for piece in pieces:
+        fragment = database.fragments[piece.fragment]
+        first, last = round(piece.start * file_fps / fps), round((piece.end - 1) * file_fps / fps)
+        rows.append([fragment.content, str(first), str(last), f"{piece.start / fps:.2f}", f"{piece.end / fps:.2f}", f"{piece.cost:.4g}",
+                     fragment.name])
+    return rows
+
+
+def run_synthesise(arguments):
+    target = check_style([getattr(arguments, effort) for effort in EFFORTS])
+    for name, value in (("--neighbours", arguments.neighbours), ("--looks", arguments.looks)):
+        if value is not None and value < (2 if name == "--neighbours" else 1):
+            raise ValueError(f"{name}: found {value}, needed a whole number from {2 if name == '--neighbours' else 1} on")
+    check_writable(arguments.output)
+    database, clip, Y = _load(arguments)
+    looks = arguments.looks or (1 if database.labelled else LOOKS)
+    model, projection = train(database, arguments.model, seed=arguments.seed)
+    made = synthesise(Y, database, model, projection, target, count=arguments.neighbours, looks=looks)
+    own = replace(fit_body([clip]), reference=database.body.reference, carrier=database.body.carrier)
+    root = made.fragment.root.copy()
+    root[:, :3] *= size_ratio(own, database.body)
+    write_bvh(arguments.output, clip_of(replace(made.fragment, root=root), own, clip.fps))
+    for line in table(_choice_rows(database, made)):
+        print(line)
+    contents = contents_of(database, made.pieces)
+    before = observed_style(Y, (0, *(piece.end for piece in made.pieces)), contents, database.observer)
+    after = observed_style(made.fragment, made.cuts, contents, database.observer)
+    for words, style in (("asked for", target), ("predicted, mean of the pieces", np.mean([c.predicted for c in made.choices], axis=0)),
+                         ("computed observer, input", before), ("computed observer, output", after)):
+        print(f"{words}: {_style(style)}")
+    print(f"{arguments.output}: {made.fragment.frames / made.fragment.fps:.2f} s in {len(made.pieces)} pieces")
+
+
+def _choice_rows(database, made):
+    rows = [["content", "alpha", *(f"predicted {effort}" for effort in EFFORTS), "from", "to"]]
+    for choice, content in zip(made.choices, contents_of(database, made.pieces)):
+        rows.append([content, f"{choice.alpha:.2f}", *(f"{x:.2f}" for x in choice.predicted), database.fragments[choice.i].name,
+                     database.fragments[choice.j].name])
+    return rows
+
+
+def _style(style):
+    return ", ".join(f"{effort} {x:.2f}" for effort, x in zip(EFFORTS, style))
+
+
+def run_experiment(arguments):
+    for name in ("splits", "trials"):
+        if getattr(arguments, name) < 1:
+            raise ValueError(f"--{name}: found {getattr(arguments, name)}, needed at least 1")
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    cast = experiment.folder_cast(arguments.folder, arguments.pattern) if arguments.folder else experiment.embedded_cast()
+    database, seed = cast.database, arguments.seed
+    contents = dict.fromkeys(fragment.content for fragment in database.fragments)
+    print(f"1/4  {len(database.fragments)} fragments: {', '.join(contents)} by {', '.join(dict.fromkeys(cast.performer))}; "
+          "styles of the computed observer")
+    progress = Progress(arguments.splits, "     split")
+    errors = experiment.table_1(database, arguments.splits, seed=seed, report=lambda n: progress.step(""))
+    rows = experiment.table_rows(errors)
+    _write_csv(arguments.out / "table_1.csv", rows)
+    print(f"2/4  Table 1: mean squared error over {arguments.splits} splits")
+    for line in table(rows):
+        print("     " + line)
+    model, projection = train(database, seed=seed)
+    _figure_1(arguments.out, *experiment.figure_1(database, model, projection, seed=seed))
+    known, new = experiment.cut_again(database, seed=seed), experiment.cut_newcomers(cast, seed=seed)
+    print("3/4  segmentation, within 0.1 s of every joint")
+    print(f"     known fragments, warped and with noise: {known['sequences']:.0%} of the sequences, {known['cuts']:.0%} of the cuts")
+    print(f"     performers that the database lacks: {new['sequences']:.0%} of the sequences, {new['cuts']:.0%} of the cuts; the right contents "
+          f"in {new['contents']:.0%}, {new['merged']:.0%} with repetitions counted once")
+    report = {"data": str(arguments.folder or "embedded performers"), "observer": "computed", "splits": arguments.splits,
+              "table_1": {name: error.mean(axis=0).tolist() for name, error in errors.items()}, "paper": experiment.PUBLISHED,
+              "segmentation": {"known": known, "newcomers": new}, "synthesis": {}}
+    print("4/4  styles asked for, and whether the computed observer sees the result nearer to them than the input")
+    for looks in (1, LOOKS):
+        progress = Progress(len(set(cast.performer)), "     performer")
+        seen = experiment.asked_and_seen(cast, lambda others: train(others, seed=seed), trials=arguments.trials, looks=looks, seed=seed,
+                                         report=progress.step)
+        squares = {part: ((seen[part] - seen["asked"]) ** 2).mean(axis=0) for part in ("input", "seen")}
+        print(f"     looks {looks}: nearer in {seen['nearer']:.1%}; mean squared error of the input {_style(squares['input'])}; "
+              f"of the result {_style(squares['seen'])}")
+        report["synthesis"][f"looks {looks}"] = {"nearer": float(seen["nearer"]), **{part: x.tolist() for part, x in squares.items()}}
+    with atomic_write(arguments.out / "report.json") as file:
+        json.dump(report, file, indent=1)
+    write_bvh(arguments.out / "phrase.bvh", performers.perform(tuple(performers.ACTIONS), 99).clip)
+    print(f"{arguments.out}: table_1.csv, figure_1.csv, figure_1_1.png to _3.png, report.json, and phrase.bvh, five actions by an embedded "
+          "performer to try `segment` and `synthesise` with")
+
+
+def _write_csv(path, rows):
+    with atomic_write(path) as file:
+        file.write("".join(",".join(row) + "\n" for row in rows))
+
+
+def _figure_1(out, names, alpha, curves, lines):
+    """The curves as numbers, and a picture a pair."""
+    from .. import plot
+    rows = [["from", "to", "alpha", *EFFORTS, *(f"linear {effort}" for effort in EFFORTS)]]
+    for number, (pair, curve, line) in enumerate(zip(names, curves, lines), start=1):
+        rows += [[*pair, *(f"{x:.6g}" for x in (a, *e, *straight))] for a, e, straight in zip(alpha, curve, line)]
+        figure = plot.curves([{"epoch": a, **dict(zip(EFFORTS, e))} for a, e in zip(alpha, curve)], EFFORTS, ylabel="effort",
+                             title=f"{pair[0]} to {pair[1]}")
+        axes = figure.axes[0]
+        axes.set(xlabel="alpha", yscale="linear", ylim=(-3.2, 3.2))
+        plot.save(figure, out / f"figure_1_{number}.png")
+    _write_csv(out / "figure_1.csv", rows)
