@@ -12,6 +12,7 @@ import os
 from pathlib import Path
 import struct
 import tempfile
+import tokenize
 import zipfile
 import zlib
 
@@ -83,7 +84,7 @@ def load_npz(path, format_name, version, needed, facts=()):
         header = json.loads(str(arrays.pop("header")))
     except KeyError:
         raise FormatError(f"{path}: found a file without a refimpl header, needed {kind}") from None
-    except (ValueError, TypeError, EOFError, RecursionError, OverflowError, NotImplementedError, RuntimeError, struct.error, zipfile.BadZipFile,
+    except (ValueError, TypeError, SyntaxError, tokenize.TokenError, EOFError, RecursionError, OverflowError, NotImplementedError, RuntimeError, struct.error, zipfile.BadZipFile,
             zlib.error, MemoryError) as error:
         raise FormatError(f"{path}: found something else or a damaged file ({_first_line(error)}), needed {kind}") from None
     if not isinstance(header, dict) or header.get("format") != format_name:

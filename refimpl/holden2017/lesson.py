@@ -8,10 +8,10 @@ import re
 
 import numpy as np
 
-from .. import nn
 from ..motion.dataset import to_scale
 from ..motion.features import VELOCITIES
 from ..motion.prepare import windows
+from ..nn import tiled
 from .losses import style_target
 from .networks import encode
 from .total import Target
@@ -43,14 +43,14 @@ class Lesson:
     bones: np.ndarray
 
 
-def batch_target(lesson, indices, loss_network, *, kernels=nn):
+def batch_target(lesson, indices, loss_network, *, kernels=tiled):
     """The Target of some windows of a lesson.   indices : (B,)  ->  Target"""
     return Target(encode(lesson.X[indices], loss_network, kernels=kernels),
                   np.stack([lesson.grams[lesson.contents[i]] for i in indices]),
                   lesson.contacts[indices], lesson.bones, lesson.trajectory[indices])
 
 
-def gram_targets(exemplars, manifold, frames, *, kernels=nn):
+def gram_targets(exemplars, manifold, frames, *, kernels=tiled):
     """Style targets by content.   exemplars : {content: list of features (T, 66)}, frames : of a window  ->  {content: (m, m)}"""
     return {content: style_target([encode(manifold.network_input(f), manifold.params, kernels=kernels)[0] for f in clips], frames // 2)
             for content, clips in exemplars.items()}
@@ -81,7 +81,7 @@ def choose(clips, pattern):
         raise LessonError(f"pattern {pattern!r}: found {error}, needed a regular expression") from None
 
 
-def make_lesson(dataset, manifold, style, *, content_style="normal", clips=None, exemplars=None, contents=None, pairs=None, kernels=nn):
+def make_lesson(dataset, manifold, style, *, content_style="normal", clips=None, exemplars=None, contents=None, pairs=None, kernels=tiled):
     """Everything that training one style needs.
 
     dataset : Dataset;  style, content_style : its labels;  clips, exemplars : regular expressions that choose among the names;

@@ -5,17 +5,18 @@ import numpy as np
 from .. import nn
 from ..motion.dataset import to_scale
 from ..motion.features import Start, decode
+from ..nn import tiled
 from .losses import style_target
 from .networks import encode
 from .transfer import stylise
 
 
-def hidden_units(features, manifold, *, kernels=nn):
+def hidden_units(features, manifold, *, kernels=tiled):
     """L(X) of one clip on the model's scale.   (T, 66)  ->  (m, T // 2)"""
     return encode(manifold.network_input(features), manifold.params, kernels=kernels)[0]
 
 
-def style_distance(features, exemplars, manifold, *, kernels=nn):
+def style_distance(features, exemplars, manifold, *, kernels=tiled):
     r"""|| Gram(L(S)) - Gram(L(X)) ||, the style target scaled to the clip's frames.
 
     features : (T, 66);  exemplars : list of features (T_e, 66)  ->  float
@@ -25,7 +26,7 @@ def style_distance(features, exemplars, manifold, *, kernels=nn):
     return float(np.linalg.norm(G - nn.gram(H[None])[0]))
 
 
-def content_distance(features, content, manifold, *, kernels=nn):
+def content_distance(features, content, manifold, *, kernels=tiled):
     """|| L(I) - L(X) || of two clips of the same length.   (T, 66), (T, 66)  ->  float"""
     return float(np.linalg.norm(hidden_units(features, manifold, kernels=kernels) - hidden_units(content, manifold, kernels=kernels)))
 
@@ -37,7 +38,7 @@ def path_error(features, content):
     return float(distance.mean()), float(distance.max())
 
 
-def held_out_distances(clips, exemplars, style, leg, *, kernels=nn):
+def held_out_distances(clips, exemplars, style, leg, *, kernels=tiled):
     """Style distances of clips that training never saw: of the content itself, of T(I) and of P(T(I)).
 
     clips : of Labelled;  exemplars : {content: list of features};  leg : of the clips' dataset

@@ -1,13 +1,14 @@
 r"""The two networks of Holden et al. 2017, Figure 1: the loss network L (a convolutional autoencoder) and the transformation network T.
 
 Motions are `(N, 66, T)`, normalised. Parameters are plain dicts of arrays, gradients dicts with the same keys. `kernels` is whoever
-provides the convolutions: `refimpl.nn` (the direct ones, the definition) or another module with the same functions.
+provides the convolutions: `nn.tiled` (fast) unless told, `refimpl.nn` for the direct ones, which are the definition, or another module with the same functions.
 """
 
 import numpy as np
 
 from .. import nn
 from ..motion.features import FEATURES
+from ..nn import tiled
 
 HIDDEN, WIDTH, CHANNELS = 256, 25, 128
 
@@ -23,7 +24,7 @@ def init_loss_network(rng, *, hidden=HIDDEN, width=WIDTH, features=FEATURES, dty
     return {"W0": uniform_filters(rng, hidden, features, width, dtype), "b0": np.zeros(hidden, dtype)}
 
 
-def encode(X, params, *, kernels=nn):
+def encode(X, params, *, kernels=tiled):
     r"""Equation 1:   L(X) = ReLU(Psi(X * W0 + b0)),   Psi = max-pooling over two frames.
 
     X : (N, 66, T)  ->  H (N, 256, T // 2)
@@ -32,14 +33,14 @@ def encode(X, params, *, kernels=nn):
     return nn.relu(nn.max_pool1d(Z))                             # (N, 256, T // 2)
 
 
-def encode_backward(dH, X, params, *, kernels=nn):
+def encode_backward(dH, X, params, *, kernels=tiled):
     """The chain of equation 1 walked backwards.   dH : (N, 256, T // 2), X : (N, 66, T)  ->  dX, {"W0": dW0, "b0": db0}"""
     dZ = _before_pooling(dH, X, params, kernels)
     dX, dW0, db0 = kernels.conv1d_backward(dZ, X, params["W0"], params["b0"])
     return dX, {"W0": dW0, "b0": db0}
 
 
-def encode_backward_to_input(dH, X, params, *, kernels=nn):
+def encode_backward_to_input(dH, X, params, *, kernels=tiled):
     """Only dX of `encode_backward`, for a loss network that is trained no more: dX = conv_transpose1d(dZ, W0)."""
     return kernels.conv_transpose1d(_before_pooling(dH, X, params, kernels), params["W0"])
 
@@ -51,7 +52,7 @@ def _before_pooling(dH, X, params, kernels):
     return nn.max_pool1d_backward(dP, Z)                         # dZ (N, 256, T)
 
 
-def decode(H, params, *, kernels=nn):
+def decode(H, params, *, kernels=tiled):
     r"""Equation 2:   L+(H) = (Psi+(H) - b0) * W0~,   Psi+ = average-depooling, W0~ the transposed convolution with the same filters.
 
     H : (N, 256, T)  ->  X (N, 66, 2 T)
@@ -60,19 +61,19 @@ def decode(H, params, *, kernels=nn):
     return kernels.conv_transpose1d(D, params["W0"])             # (N, 66, 2 T)
 
 
-def decode_backward(dX, H, params, *, kernels=nn):
+def decode_backward(dX, H, params, *, kernels=tiled):
     """dX : (N, 66, 2 T), H : (N, 256, T)  ->  dH, {"W0": dW0, "b0": db0}"""
     D = nn.avg_depool1d(H) - params["b0"][:, None]
     dD, dW0, _ = kernels.conv_transpose1d_backward(dX, D, params["W0"])
     return nn.avg_depool1d_backward(dD, H), {"W0": dW0, "b0": -dD.sum(axis=(0, 2))}
 
 
-def decode_backward_to_input(dX, H, params, *, kernels=nn):
+def decode_backward_to_input(dX, H, params, *, kernels=tiled):
     """Only dH of `decode_backward`: the adjoint of a transposed convolution is the convolution, without bias."""
     return nn.avg_depool1d_backward(kernels.conv1d(dX, params["W0"]), H)
 
 
-def project(X, params, *, kernels=nn):
+def project(X, params, *, kernels=tiled):
     """Manifold projection: P(X) = L+(L(X)). An odd last frame is doubled for the pooling and dropped again.
 
     X : (N, 66, T)  ->  (N, 66, T)
@@ -83,7 +84,7 @@ def project(X, params, *, kernels=nn):
     return decode(encode(X, params, kernels=kernels), params, kernels=kernels)[:, :, :frames]
 
 
-def autoencoder_loss(X, params, *, alpha=0.01, mean=True, noisy=None, kernels=nn):
+def autoencoder_loss(X, params, *, alpha=0.01, mean=True, noisy=None, kernels=tiled):
     r"""Equation 3:   || X - L+(L(X)) ||^2 + alpha || theta ||_1
 
     mean=True divides the two sums by their numbers of elements (as trained here); mean=False is the equation as printed.
@@ -95,7 +96,7 @@ def autoencoder_loss(X, params, *, alpha=0.01, mean=True, noisy=None, kernels=nn
     return nn.squared_error(reconstruction, X, reduction="mean" if mean else "sum") + alpha * sparsity
 
 
-def autoencoder_loss_backward(dloss, X, params, *, alpha=0.01, mean=True, noisy=None, kernels=nn):
+def autoencoder_loss_backward(dloss, X, params, *, alpha=0.01, mean=True, noisy=None, kernels=tiled):
     """The tied filters W0 receive three gradients: from the encoder, from the decoder and from the sparsity.
 
     dloss : scalar  ->  dX (as target and, without `noisy`, as input), {"W0": dW0, "b0": db0}
@@ -122,14 +123,14 @@ def init_transformation_network(rng, *, channels=CHANNELS, width=WIDTH, features
     return params
 
 
-def transform(X, params, *, kernels=nn):
+def transform(X, params, *, kernels=tiled):
     r"""The transformation network:   T(X) = relu(relu(X * W1 + b1) * W2 + b2) * W3 + b3.   X : (N, 66, T)  ->  (N, 66, T)"""
     A1 = nn.relu(kernels.conv1d(X, params["W1"], params["b1"]))  # (N, 128, T)
     A2 = nn.relu(kernels.conv1d(A1, params["W2"], params["b2"]))
     return kernels.conv1d(A2, params["W3"], params["b3"])
 
 
-def transform_backward(dY, X, params, *, kernels=nn):
+def transform_backward(dY, X, params, *, kernels=tiled):
     """dY : (N, 66, T), X : (N, 66, T)  ->  dX, gradients with the keys of params"""
     Z1 = kernels.conv1d(X, params["W1"], params["b1"])
     A1 = nn.relu(Z1)

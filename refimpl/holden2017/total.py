@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import nn
+from ..nn import tiled
 from . import losses
 from .networks import encode, encode_backward_to_input, transform, transform_backward
 
@@ -51,7 +51,7 @@ class Target:
 TERMS = ("content", "style", "foot", "bone", "trajectory")
 
 
-def motion_losses(O, target, loss_network, mean, deviation, weights=Weights(), *, kernels=nn):
+def motion_losses(O, target, loss_network, mean, deviation, weights=Weights(), *, kernels=tiled):
     r"""The five terms of equation 10 for an output O of the transformation network.
 
     O : (N, 66, T) normalised;  loss_network : W0, b0;  mean, deviation : (66,) of the normaliser   ->  {term: (N,)}
@@ -66,7 +66,7 @@ def motion_losses(O, target, loss_network, mean, deviation, weights=Weights(), *
             "trajectory": w.trajectory * losses.trajectory_loss(motion, target.trajectory, turn_weight=w.turn)}
 
 
-def motion_losses_backward(dloss, O, target, loss_network, mean, deviation, weights=Weights(), *, kernels=nn):
+def motion_losses_backward(dloss, O, target, loss_network, mean, deviation, weights=Weights(), *, kernels=tiled):
     r"""Gradient of the sum of the five terms.   dloss : (N,), O : (N, 66, T)  ->  dO (N, 66, T)
 
     Content and style come back through the loss network, the constraints through the denormalisation  motion = O deviation + mean.
@@ -82,14 +82,14 @@ def motion_losses_backward(dloss, O, target, loss_network, mean, deviation, weig
     return encode_backward_to_input(dH, O, loss_network, kernels=kernels) + dmotion * _column(deviation, O)
 
 
-def total_loss(params, I, target, loss_network, mean, deviation, weights=Weights(), *, kernels=nn):
+def total_loss(params, I, target, loss_network, mean, deviation, weights=Weights(), *, kernels=tiled):
     """Equation 10 of T(I), a mean over the batch, and its terms.   params : of T, I : (N, 66, T)  ->  scalar, {term: scalar}"""
     terms = motion_losses(transform(I, params, kernels=kernels), target, loss_network, mean, deviation, weights, kernels=kernels)
     means = {name: loss.mean() for name, loss in terms.items()}
     return sum(means.values()), means
 
 
-def total_loss_backward(dloss, params, I, target, loss_network, mean, deviation, weights=Weights(), *, kernels=nn):
+def total_loss_backward(dloss, params, I, target, loss_network, mean, deviation, weights=Weights(), *, kernels=tiled):
     """Gradient of `total_loss` with respect to the parameters of T.   dloss : scalar  ->  gradients with the keys of params"""
     O = transform(I, params, kernels=kernels)
     per_clip = np.full(len(I), dloss / len(I), dtype=I.real.dtype)

@@ -10,6 +10,7 @@ import time
 import numpy as np
 
 from .. import nn
+from ..nn import tiled
 from .lesson import batch_target
 from .networks import autoencoder_loss, autoencoder_loss_backward, init_loss_network, init_transformation_network
 from .total import Weights, total_loss, total_loss_backward
@@ -46,7 +47,7 @@ def start_state(params):
     return State(params, nn.adam_start(params), 0)
 
 
-def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.01, dropout=0.1, hidden=256, width=25, seed=0, state=None, kernels=nn):
+def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.01, dropout=0.1, hidden=256, width=25, seed=0, state=None, kernels=tiled):
     r"""Train the loss network by equation 3.
 
     X : (N, 66, T) normalised windows, float32 or float64, T even;  dropout : share of input numbers set to 0 (the others grow by
@@ -68,7 +69,7 @@ def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.
         yield record, state
 
 
-def train_style(lesson, manifold, *, epochs, weights=Weights(), batch=BATCH, rate=RATE, channels=128, width=25, seed=0, state=None, kernels=nn):
+def train_style(lesson, manifold, *, epochs, weights=Weights(), batch=BATCH, rate=RATE, channels=128, width=25, seed=0, state=None, kernels=tiled):
     r"""Train a transformation network by equation 10 against a fixed loss network.
 
     lesson : Lesson;  manifold : Manifold;  weights : for the data's unit   ->  yields (Record, State) after each epoch

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import nn
 from ..motion.dataset import to_scale
 from ..motion.features import VELOCITIES, decode
 from ..motion.retarget import to_clip
+from ..nn import tiled
 from .networks import project, transform
 
 
@@ -20,18 +20,18 @@ class Stylised:
     features: np.ndarray
 
 
-def stylise(features, style, *, projected=True, kernels=nn):
+def stylise(features, style, *, projected=True, kernels=tiled):
     """P(T(I)) of features on the model's scale, or T(I) alone.   (T, 66)  ->  (T, 66)"""
     output = style.manifold.motion(transform(style.manifold.network_input(features), style.params, kernels=kernels))
     return project_features(output, style.manifold, kernels=kernels) if projected else output
 
 
-def project_features(features, manifold, *, kernels=nn):
+def project_features(features, manifold, *, kernels=tiled):
     """P(X) = L+(L(X)) of features on the model's scale.   (T, 66)  ->  (T, 66)"""
     return manifold.motion(project(manifold.network_input(features), manifold.params, kernels=kernels))
 
 
-def transfer(take, style, *, projected=True, kernels=nn):
+def transfer(take, style, *, projected=True, kernels=tiled):
     """Stylise a take.   Take, Style  ->  Stylised
 
     The character is brought to the model's size and back, and starts where and as the content starts. Its root keeps the velocities of

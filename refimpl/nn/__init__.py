@@ -4,12 +4,13 @@
 Nothing is modified or remembered. Batches are `(N, C, T)`: clips, channels, frames.
 
 - `conv`: conv1d and its adjoint conv_transpose1d.   `pool`: max- and average-pooling and their ways back.
+- `tiled`: the same convolutions, two to three times as fast, for wide filters.
 - `activation`: relu.   `gram`: the Gram matrix.   `norms`: sizes and errors.   `adam`: the optimiser.
 - `gradcheck`: is a gradient right?   `derivative`: how to measure one.   `contract`: what every backward must keep.
 - `conventions`: kinks, ties and forms, with who does otherwise, as data.   `plain`: the plainest convolution, to read first.
 """
 
-from . import conventions, plain
+from . import conventions, plain, tiled
 from .activation import relu, relu_backward
 from .adam import adam_start, adam_step
 from .contract import check_contract

@@ -23,7 +23,7 @@ def conv1d(x, w, b=None, *, stride=1, padding="same", dilation=1, groups=1):
 
     Raises ValueError for shapes that do not fit, mixed precisions, or a filter too wide to make any output.
     """
-    T_out, pad = _check_conv(x, w, b, stride, padding, dilation, groups)
+    T_out, pad = check_conv(x, w, b, stride, padding, dilation, groups)
     y = _gather(_pad(x, pad), w, T_out, stride, dilation, groups)
     return y if b is None else y + b[:, None]
 
@@ -37,9 +37,7 @@ def conv1d_backward(dy, x, w, b=None, *, stride=1, padding="same", dilation=1, g
 
     dy : (N, O, T_out)  ->  dx (N, C, T), dw (O, C / groups, K), db (O,) or None
     """
-    T_out, pad = _check_conv(x, w, b, stride, padding, dilation, groups)
-    check_arrays(x=x, dy=dy)
-    check_shape("dy", dy, (len(x), len(w), T_out), ", the shape of the output")
+    _, pad = check_conv(x, w, b, stride, padding, dilation, groups, dy=dy)
     dx = _crop(_scatter(dy, w, sum(pad) + x.shape[2], stride, dilation, groups), pad[0], x.shape[2])
     dw = _filter_gradient(dy, _pad(x, pad), w.shape, stride, dilation, groups)
     return dx, dw, None if b is None else dy.sum(axis=(0, 2))
@@ -55,7 +53,7 @@ def conv_transpose1d(h, w, b=None, *, stride=1, padding="same", output_padding=0
     h : (N, O, T), w : (O, C / groups, K), b : (C,) or None  ->  (N, C, (T - 1) stride + dilation (K - 1) + 1 - pads + output_padding)
     output_padding : with a stride several lengths T of x give the same number of outputs; this chooses among them.
     """
-    length, pad = _check_transpose(h, w, b, stride, padding, output_padding, dilation, groups)
+    length, pad = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups)
     x = _crop(_scatter(h, w, pad[0] + length, stride, dilation, groups), pad[0], length)
     return x if b is None else x + b[:, None]
 
@@ -67,9 +65,7 @@ def conv_transpose1d_backward(dx, h, w, b=None, *, stride=1, padding="same", out
 
     dx : the shape of the output  ->  dh (N, O, T), dw (O, C / groups, K), db (C,) or None
     """
-    length, pad = _check_transpose(h, w, b, stride, padding, output_padding, dilation, groups)
-    check_arrays(h=h, dx=dx)
-    check_shape("dx", dx, (len(h), w.shape[1] * groups, length), ", the shape of the output")
+    length, pad = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups, dx=dx)
     full = _full_length(h, w, stride, dilation)
     padded = _pad(dx, (pad[0], max(0, full - pad[0] - length)))
     dh = _gather(padded, w, h.shape[2], stride, dilation, groups)
@@ -173,7 +169,8 @@ def _check_filters(w, stride, dilation, groups):
         raise ValueError(f"w: found shape {w.shape}, needed (O, C / groups, K) with K at least 1 and O a multiple of groups = {groups}")
 
 
-def _check_conv(x, w, b, stride, padding, dilation, groups):
+def check_conv(x, w, b, stride, padding, dilation, groups, dy=None):
+    """Everything that can be wrong with the arguments of `conv1d` and its backward.   ->  T_out, (pad_left, pad_right)"""
     check_arrays(x=x, w=w, b=b, ndim={"x": 3, "w": 3, "b": 1})
     _check_filters(w, stride, dilation, groups)
     if x.shape[1] != w.shape[1] * groups:
@@ -185,10 +182,15 @@ def _check_conv(x, w, b, stride, padding, dilation, groups):
     if x.shape[2] < 1 or x.shape[2] + sum(pad) < reach:
         raise ValueError(f"x: found {x.shape[2]} frames and {sum(pad)} of padding, needed at least {reach} for one output of filters "
                          f"{w.shape[2]} wide with dilation {dilation}")
-    return (x.shape[2] + sum(pad) - reach) // stride + 1, pad
+    T_out = (x.shape[2] + sum(pad) - reach) // stride + 1
+    if dy is not None:
+        check_arrays(x=x, dy=dy)
+        check_shape("dy", dy, (len(x), len(w), T_out), ", the shape of the output")
+    return T_out, pad
 
 
-def _check_transpose(h, w, b, stride, padding, output_padding, dilation, groups):
+def check_transpose(h, w, b, stride, padding, output_padding, dilation, groups, dx=None):
+    """The same for `conv_transpose1d` and its backward.   ->  length of the output, (pad_left, pad_right)"""
     check_arrays(h=h, w=w, b=b, ndim={"h": 3, "w": 3, "b": 1})
     _check_filters(w, stride, dilation, groups)
     check_whole("output_padding", output_padding, 0)
@@ -202,4 +204,7 @@ def _check_transpose(h, w, b, stride, padding, output_padding, dilation, groups)
     length = _full_length(h, w, stride, dilation) - sum(pad) + output_padding
     if h.shape[2] < 1 or length < 1:
         raise ValueError(f"h: found {h.shape[2]} frames, needed enough for an output; padding {pad} would leave {length} frames")
+    if dx is not None:
+        check_arrays(h=h, dx=dx)
+        check_shape("dx", dx, (len(h), w.shape[1] * groups, length), ", the shape of the output")
     return length, pad

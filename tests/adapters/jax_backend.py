@@ -1,7 +1,4 @@
-"""JAX under the names of `refimpl.nn`: values by its own kernels, gradients by `jax.vjp`; arrays in and out, precision kept.
-
-Needs jax (0.10.2 was used), whose float64 it switches on. `lax.pad` pads: with negative padding of its own a float32 convolution reads stray memory.
-"""
+"""JAX (0.10.2 was used) under the names of `refimpl.nn`: values by its kernels, gradients by `jax.vjp`. Switches its float64 on."""
 
 import jax
 from jax import lax, numpy as jnp
@@ -11,26 +8,35 @@ jax.config.update("jax_enable_x64", True)
 
 
 def pair(f, arrays=1):
-    """f on JAX arrays  ->  f on NumPy arrays, and its backward: one gradient for each of the first `arrays` inputs."""
+    """f on JAX arrays  ->  f on NumPy arrays, and its backward: one gradient for each of the first `arrays` inputs. Compiled as a whole."""
+    def split(inputs, attributes):
+        return [np.ascontiguousarray(a) for a in inputs[:arrays] if a is not None], lambda *given: f(*given, *inputs[arrays:], **attributes)
+
+    def forward(*inputs, **attributes):
+        given, g = split(inputs, attributes)
+        return np.array(jax.jit(g)(*given))
+
     def backward(dy, *inputs, **attributes):
-        given = [np.ascontiguousarray(a) for a in inputs[:arrays] if a is not None]
-        y, pull = jax.vjp(lambda *a: f(*a, *inputs[arrays:], **attributes), *given)
-        found = [np.array(d) for d in pull(jnp.asarray(dy, y.dtype))] + [None] * (arrays - len(given))
+        given, g = split(inputs, attributes)
+        pull = jax.jit(lambda dy, *given: jax.vjp(g, *given)[1](dy))
+        found = [np.array(d) for d in pull(np.asarray(dy, given[0].dtype), *given)] + [None] * (arrays - len(given))
         return found[0] if arrays == 1 else tuple(found)
-    return lambda *inputs, **attributes: np.array(f(*inputs, **attributes)), backward
+    return forward, backward
 
 
-def pad(x, before, after, value=0.0, between=0):
+def pad(x, before, after, value=0.0, between=0):                 # a float32 convolution's own negative padding reads stray memory
     return lax.pad(x, x.dtype.type(value), ((0, 0, 0), (0, 0, 0), (before, after, between)))
 
 
 def zeros(padding, reach):
-    return padding if isinstance(padding, tuple) else {"valid": (0, 0), "same": (reach // 2, reach - reach // 2)}.get(padding, (padding, padding))
+    named = {"valid": (0, 0), "same": (reach // 2, reach - reach // 2)}
+    return padding if isinstance(padding, tuple) else named.get(padding, (padding, padding))
 
 
 def conv1d(x, w, b=None, *, stride=1, padding="same", dilation=1, groups=1):
-    padded = pad(x, *zeros(padding, dilation * (w.shape[2] - 1)))
-    return lax.conv_general_dilated(padded, w, (stride,), "VALID", (1,), (dilation,), ("NCH", "OIH", "NCH"), groups) + (0 if b is None else b[:, None])
+    x = pad(x, *zeros(padding, dilation * (w.shape[2] - 1)))
+    y = lax.conv_general_dilated(x, w, (stride,), "VALID", (1,), (dilation,), ("NCH", "OIH", "NCH"), groups)
+    return y if b is None else y + b[:, None]
 
 
 def conv_transpose1d(h, w, b=None, *, stride=1, padding="same", output_padding=0, dilation=1, groups=1):
@@ -48,12 +54,12 @@ def windows(x, outside, width=2, *, stride=None, padding=0, dilation=1, ceil_mod
     count = (T + 2 * padding - reach + (stride - 1) * ceil_mode) // stride + 1
     count -= (count - 1) * stride >= T + padding                 # it would begin in the padding at the end
     at = np.arange(count)[:, None] * stride + np.arange(width) * dilation
-    return pad(jnp.asarray(x), padding, (count - 1) * stride + reach - padding - T, outside)[:, :, at], at - padding
+    return pad(x, padding, (count - 1) * stride + reach - padding - T, outside)[:, :, at], at - padding
 
 
 def max_pool1d_indices(x, width=2, **attributes):
     held, at = windows(x, -np.inf, width, **attributes)
-    return at[np.arange(len(at)), held.argmax(axis=-1)]
+    return jnp.asarray(at)[np.arange(len(at)), held.argmax(axis=-1)]
 
 
 def avg_pool1d(x, width=2, *, padding=0, count_include_pad=True, **attributes):
@@ -62,17 +68,13 @@ def avg_pool1d(x, width=2, *, padding=0, count_include_pad=True, **attributes):
     return held.sum(axis=-1) / counted.sum(axis=1).astype(x.dtype)
 
 
-def clips(measure):
-    return pair(lambda r: measure(jnp.reshape(r, (len(r), int(np.prod(r.shape[1:])))), axis=1))
-
-
 REDUCE = {"none": jnp.asarray, "mean": jnp.mean, "sum": jnp.sum}
-PAIRS = {"conv1d": pair(conv1d, 3), "conv_transpose1d": pair(conv_transpose1d, 3), "avg_pool1d": pair(avg_pool1d), "l1": pair(lambda a: jnp.abs(a).sum()),
+PAIRS = {"conv1d": pair(conv1d, 3), "conv_transpose1d": pair(conv_transpose1d, 3), "avg_pool1d": pair(avg_pool1d),
          "max_pool1d": pair(lambda x, width=2, **attributes: windows(x, -np.inf, width, **attributes)[0].max(axis=-1)),
          "max_unpool1d": pair(lambda h, at, length: jnp.zeros((*h.shape[:2], length), h.dtype).at[(*np.indices(h.shape, sparse=True)[:2], at)].set(h)),
-         "avg_depool1d": pair(lambda h, width=2: jnp.repeat(h, width, axis=2) / width),
-         "relu": pair(jax.nn.relu), "gram": pair(lambda h: h @ jnp.swapaxes(h, 1, 2)), "norm": clips(jnp.linalg.norm),
-         "sum_squares": clips(lambda r, axis: jnp.square(r).sum(axis)), "mean_squares": clips(lambda r, axis: jnp.square(r).mean(axis)),
+         "avg_depool1d": pair(lambda h, width=2: jnp.repeat(h, width, axis=2) / width), "relu": pair(jax.nn.relu), "l1": pair(lambda a: jnp.abs(a).sum()),
+         "gram": pair(lambda h: h @ jnp.swapaxes(h, 1, 2)), "norm": pair(jax.vmap(lambda r: jnp.linalg.norm(r.ravel()))),
+         "sum_squares": pair(jax.vmap(lambda r: jnp.square(r).sum())), "mean_squares": pair(jax.vmap(lambda r: jnp.square(r).mean())),
          "squared_error": pair(lambda x, y, *, reduction="mean": REDUCE[reduction](jnp.square(x - y)), 2),
          "absolute_error": pair(lambda x, y, *, reduction="mean": REDUCE[reduction](jnp.abs(x - y)), 2)}
 BACKEND = {name: f for name, (f, _) in PAIRS.items()} | {f"{name}_backward": f for name, (_, f) in PAIRS.items()}
