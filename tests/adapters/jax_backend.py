@@ -19,8 +19,8 @@ def pair(f, arrays=1):
     def backward(dy, *inputs, **attributes):
         given, g = split(inputs, attributes)
         pull = jax.jit(lambda dy, *given: jax.vjp(g, *given)[1](dy))
-        found = [np.array(d) for d in pull(np.asarray(dy, given[0].dtype), *given)] + [None] * (arrays - len(given))
-        return found[0] if arrays == 1 else tuple(found)
+        found = tuple(np.array(d) for d in pull(np.asarray(dy, given[0].dtype), *given)) + (None,) * (arrays - len(given))
+        return found if arrays > 1 else found[0]
     return forward, backward
 
 
@@ -29,13 +29,12 @@ def pad(x, before, after, value=0.0, between=0):                 # a float32 con
 
 
 def zeros(padding, reach):
-    named = {"valid": (0, 0), "same": (reach // 2, reach - reach // 2)}
-    return padding if isinstance(padding, tuple) else named.get(padding, (padding, padding))
+    return {"valid": (0, 0), "same": (reach // 2, reach - reach // 2)}.get(padding, padding if isinstance(padding, tuple) else (padding, padding))
 
 
 def conv1d(x, w, b=None, *, stride=1, padding="same", dilation=1, groups=1):
-    x = pad(x, *zeros(padding, dilation * (w.shape[2] - 1)))
-    y = lax.conv_general_dilated(x, w, (stride,), "VALID", (1,), (dilation,), ("NCH", "OIH", "NCH"), groups)
+    padded = pad(x, *zeros(padding, dilation * (w.shape[2] - 1)))
+    y = lax.conv_general_dilated(padded, w, (stride,), "VALID", rhs_dilation=(dilation,), feature_group_count=groups)      # of NCH and OIH
     return y if b is None else y + b[:, None]
 
 
@@ -43,7 +42,7 @@ def conv_transpose1d(h, w, b=None, *, stride=1, padding="same", output_padding=0
     """A convolution with the filters turned round, over h with stride - 1 zeros between its frames."""
     (O, C, K), reach = w.shape, dilation * (w.shape[2] - 1)
     left, right = zeros(padding, reach)
-    turned = jnp.swapaxes(jnp.reshape(w, (groups, O // groups, C, K)), 1, 2).reshape(groups * C, O // groups, K)[:, :, ::-1]
+    turned = w.reshape(groups, O // groups, C, K).swapaxes(1, 2).reshape(groups * C, O // groups, K)[:, :, ::-1]
     full = conv1d(pad(h, reach, reach + output_padding, between=stride - 1), turned, padding="valid", dilation=dilation, groups=groups)
     return full[..., left:full.shape[2] - right] + (0 if b is None else b[:, None])
 
@@ -68,14 +67,13 @@ def avg_pool1d(x, width=2, *, padding=0, count_include_pad=True, **attributes):
     return held.sum(axis=-1) / counted.sum(axis=1).astype(x.dtype)
 
 
-REDUCE = {"none": jnp.asarray, "mean": jnp.mean, "sum": jnp.sum}
-PAIRS = {"conv1d": pair(conv1d, 3), "conv_transpose1d": pair(conv_transpose1d, 3), "avg_pool1d": pair(avg_pool1d),
+PAIRS = {"conv1d": pair(conv1d, 3), "conv_transpose1d": pair(conv_transpose1d, 3), "avg_pool1d": pair(avg_pool1d), "relu": pair(jax.nn.relu),
          "max_pool1d": pair(lambda x, width=2, **attributes: windows(x, -np.inf, width, **attributes)[0].max(axis=-1)),
-         "max_unpool1d": pair(lambda h, at, length: jnp.zeros((*h.shape[:2], length), h.dtype).at[(*np.indices(h.shape, sparse=True)[:2], at)].set(h)),
-         "avg_depool1d": pair(lambda h, width=2: jnp.repeat(h, width, axis=2) / width), "relu": pair(jax.nn.relu), "l1": pair(lambda a: jnp.abs(a).sum()),
-         "gram": pair(lambda h: h @ jnp.swapaxes(h, 1, 2)), "norm": pair(jax.vmap(lambda r: jnp.linalg.norm(r.ravel()))),
+         "max_unpool1d": pair(lambda h, at, length: jnp.put_along_axis(jnp.zeros((*h.shape[:2], length), h.dtype), at, h, axis=2, inplace=False)),
+         "avg_depool1d": pair(lambda h, width=2: jnp.repeat(h, width, axis=2) / width), "l1": pair(lambda a: jnp.abs(a).sum()),
+         "gram": pair(lambda h: h @ h.mT), "norm": pair(jax.vmap(lambda r: jnp.linalg.norm(r.ravel()))),
          "sum_squares": pair(jax.vmap(lambda r: jnp.square(r).sum())), "mean_squares": pair(jax.vmap(lambda r: jnp.square(r).mean())),
-         "squared_error": pair(lambda x, y, *, reduction="mean": REDUCE[reduction](jnp.square(x - y)), 2),
-         "absolute_error": pair(lambda x, y, *, reduction="mean": REDUCE[reduction](jnp.abs(x - y)), 2)}
+         "squared_error": pair(lambda x, y, *, reduction="mean": getattr(jnp, reduction.replace("none", "asarray"))(jnp.square(x - y)), 2),
+         "absolute_error": pair(lambda x, y, *, reduction="mean": getattr(jnp, reduction.replace("none", "asarray"))(jnp.abs(x - y)), 2)}
 BACKEND = {name: f for name, (f, _) in PAIRS.items()} | {f"{name}_backward": f for name, (_, f) in PAIRS.items()}
 BACKEND["max_pool1d_indices"] = pair(max_pool1d_indices)[0]

@@ -1,10 +1,12 @@
 """Nothing lost, nothing let in: a small part of the fuzzing and the killing, and every way that a disk can refuse."""
 
+import errno
 import json
 import os
 import resource
 import subprocess
 import sys
+import tempfile
 import zipfile
 
 import numpy as np
@@ -106,6 +108,23 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path):
                       preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000)))
     assert status == 2 and err.splitlines()[-1].startswith("refimpl: error:") and "Traceback" not in err
     assert sorted(p.name for p in tmp_path.iterdir()) == ["clips"]
+
+
+@pytest.mark.parametrize("step, number", [("mkstemp", errno.EACCES), ("mkstemp", errno.EROFS), ("fsync", errno.ENOSPC), ("replace", errno.EPERM)])
+def test_every_step_of_a_write_may_be_refused(step, number, tmp_path, monkeypatch, capsys):
+    """Permission, a read-only file system, a disk that is full when the bytes go down, a name that may not be replaced."""
+    clips = tmp_path / "clips"
+    clips.mkdir()
+    bvh.write_bvh(clips / "walk_normal_0.bvh", synthetic.make_clip(seconds=1.0).clip)
+    (tmp_path / "motions.npz").write_text("old")
+
+    def refuse(*arguments, **options):
+        raise OSError(number, os.strerror(number), str(tmp_path / "motions.npz"))
+    monkeypatch.setattr({"mkstemp": tempfile, "fsync": os, "replace": os}[step], step, refuse)
+    assert main(["prepare", str(clips), "-o", str(tmp_path / "motions.npz")]) == 2
+    err = capsys.readouterr().err.splitlines()[-1]
+    assert err.startswith("refimpl: error:") and os.strerror(number) in err
+    assert (tmp_path / "motions.npz").read_text() == "old" and sorted(p.name for p in tmp_path.iterdir()) == ["clips", "motions.npz"]
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
