@@ -8,6 +8,8 @@ The rooms, from the ground floor up; imports only point downwards:
   checker that proves them. Knows nothing of motion. Begin with `nn.gram`.
 - `refimpl.holden2017`: Holden, Habibie, Kusajima, Komura 2017, "Fast Neural Style Transfer for Motion Data". `networks` are its figure 1,
   `losses` its equations 4 to 9, `total` equation 10, `train` and `transfer` the rest.
+- `refimpl.torresani2006`: Torresani, Hackney, Bregler 2006, "Learning Motion Style Synthesis from Perceptual Observations". Begin with `align`.
+- `refimpl.conformance`: what does agreement mean? The kit that checks another implementation, and this one. Begin with `cases`.
 - `refimpl.plot` and `refimpl.animate`: pictures and animations; nothing else imports Matplotlib.
 - `refimpl.commands` and `refimpl.cli`: the command line, one file a step.
 

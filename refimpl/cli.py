@@ -9,9 +9,9 @@ import sys
 for _variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
-from .commands import check, demo, inspect, prepare, train, transfer
+from .commands import check, demo, inspect, prepare, torresani, train, transfer
 
-GROUPS = (demo, inspect, prepare, train, transfer, check)
+GROUPS = (demo, inspect, prepare, train, transfer, torresani, check)
 
 
 class Parser(argparse.ArgumentParser):

@@ -6,7 +6,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-hypothesis.settings.register_profile("refimpl", deadline=None, derandomize=True, max_examples=40,
+hypothesis.settings.register_profile("refimpl", deadline=None, derandomize=True, max_examples=int(os.environ.get("REFIMPL_EXAMPLES", "40")),
                                      suppress_health_check=[hypothesis.HealthCheck.too_slow])
 hypothesis.settings.load_profile("refimpl")
 

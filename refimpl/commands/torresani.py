@@ -42,7 +42,8 @@ def add_commands(commands):
     command = command.add_subparsers(title="experiments", metavar="PAPER", required=True).add_parser(
         "torresani", help="Table 1 and Figure 1 of Torresani 2006, segmentation and synthesis measured",
         description="Table 1 and Figure 1 of Torresani 2006, beside the paper's numbers; how phrases are cut; whether a style asked for is seen.")
-    command.add_argument("folder", metavar="FOLDER", nargs="?", help="BVH clips, five actions by twelve performers; the embedded performers unless given")
+    command.add_argument("folder", metavar="FOLDER", nargs="?",
+                         help="BVH clips, five actions by twelve performers; the embedded performers unless given")
     command.add_argument("--out", metavar="DIR", type=Path, default=Path("refimpl-torresani"), help="made if missing (default: %(default)s)")
     command.add_argument("--pattern", metavar="REGEX", default=PATTERN, help="named groups content and style (here: the performer)")
     command.add_argument("--splits", type=int, default=experiment.SPLITS, metavar="N", help="(default: %(default)s)")
@@ -59,6 +60,7 @@ def _add_database(command):
                          "fragment. Without it styles are those of the computed observer")
     command.add_argument("--pattern", metavar="REGEX", default=PATTERN,
                          help=f"content from file names; clips of other names are grouped by likeness (default: {PATTERN.replace('%', '%%')})")
+    command.add_argument("--contents", type=int, metavar="N", help="how many actions to group such clips into (default: one for every 12)")
 
 
 def _load(arguments):
@@ -69,7 +71,7 @@ def _load(arguments):
             raise ValueError("--labels: found a label file without a DATABASE, needed the folder with the clips that it names")
         database = embedded_database()
     else:
-        database = read_database(arguments.database, labels=arguments.labels, pattern=arguments.pattern)
+        database = read_database(arguments.database, labels=arguments.labels, pattern=arguments.pattern, contents=arguments.contents)
     return database, clip, fragment_of(clip, database.body, Path(arguments.clip).stem)
 
 

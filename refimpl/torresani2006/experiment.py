@@ -1,0 +1,208 @@
+r"""The experiments of section 8: Table 1, Figure 1, the segmentation of phrases, and whether a style that is asked for is seen."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
+from .align import HIGHEST, LOWEST, read_at
+from .database import Database, blend_inputs, coefficients, embedded_database, random_blends, read_database, without
+from .observe import EFFORTS
+from .regress import MODELS, fit_model, fit_pca, predict
+from .segment import segment
+from .synthesise import contents_of, join, observed_style, restyle
+
+ACTIONS, PERFORMERS, BLENDS, TRAINING, SPLITS = 5, 12, 105, 85, 500
+PUBLISHED = {"linear interpolation": (0.65, 0.97, 1.01), "linear ridge": (1.03, 1.04, 1.01), "kernel ridge": (0.50, 0.39, 0.60),
+             "support vector": (0.48, 0.48, 0.61)}           # Table 1: flow, weight, time
+TOLERANCE = 3                                                # frames by which a cut may miss its place: 0.1 s
+NOISE, WARP = 0.02, 0.3                                      # radians; how far the speed strays from 1
+
+
+class ExperimentError(ValueError):
+    """Clips that do not make the experiment."""
+
+
+@dataclass(frozen=True)
+class Cast:
+    """A database of every action by every performer.   performer : (N,) names, one for each fragment"""
+
+    database: Database
+    performer: np.ndarray = field(repr=False)
+
+
+def embedded_cast(performers=PERFORMERS, relative=True):
+    """The five actions of the embedded performers.   ->  Cast"""
+    database = embedded_database(performers, relative=relative)
+    return Cast(database, np.array([fragment.name.rsplit("_", 1)[1] for fragment in database.fragments]))
+
+
+def folder_cast(folder, pattern=PATTERN, actions=ACTIONS, performers=PERFORMERS, report=None):
+    """Five actions by twelve performers from a folder of clips: the actions that most performers do, then the first performers of all of
+    them, both by the alphabet where equal. The style in a file's name stands for the performer; of several takes the first is taken.
+
+    ->  Cast.   Raises ExperimentError when the folder has not enough of both.
+    """
+    named = labels_by_pattern(find_clips(folder), pattern)
+    first = {}
+    for path in sorted(named):
+        first.setdefault(named[path], path)
+    by_action = {}
+    for content, style in first:
+        by_action.setdefault(content, set()).add(style)
+    chosen = sorted(by_action, key=lambda content: (-len(by_action[content]), content))[:actions]
+    common = sorted(set.intersection(*(by_action[content] for content in chosen)))[:performers] if chosen else []
+    if len(chosen) < actions or len(common) < performers:
+        raise ExperimentError(f"{folder}: found {len(chosen)} actions by the same {len(common)} performers, needed {actions} by {performers}; "
+                              "are content and style in the file names? See --pattern")
+    wanted = {path.stem: label for label, path in first.items() if label[0] in chosen and label[1] in common}
+    database = read_database(folder, pattern=pattern, report=report, keep=lambda content, style: content in chosen and style in common)
+    keep = np.array([fragment.name in wanted for fragment in database.fragments])
+    database = without(database, keep)
+    return Cast(database, np.array([wanted[fragment.name][1] for fragment in database.fragments]))
+
+
+def table_1(database, splits=SPLITS, *, blends=BLENDS, training=TRAINING, models=MODELS, seed=0, report=None):
+    """Mean squared errors of the models over random splits of random blends.
+
+    Every model chooses its hyper-parameters anew in every split, by ten-fold cross-validation on its training examples alone.
+    ->  {model: (splits, 3) mean squared error of flow, weight and time on the examples held out}
+    """
+    rng = np.random.default_rng([seed, 11])
+    made = random_blends(database, blends, rng)
+    projection = fit_pca([fragment.angles for fragment in database.fragments])
+    Z = blend_inputs(coefficients(database, projection), database.styles, made.pairs, made.alpha)
+    errors = {model: np.empty((splits, 3)) for model in models}
+    for n in range(splits):
+        order = rng.permutation(blends)
+        known, new = order[:training], order[training:]
+        for model in models:
+            trained = fit_model(model, Z[known], made.styles[known], rng)
+            errors[model][n] = ((predict(trained, Z[new]) - made.styles[new]) ** 2).mean(axis=0)
+        if report:
+            report(n + 1)
+    return errors
+
+
+def figure_1(database, model, projection, *, pairs=3, points=61, seed=0):
+    """Predicted efforts against alpha for some pairs, each of another content as far as there are.
+
+    ->  [(name of i, name of j)], alpha (points,), (pairs, points, 3) predicted, (pairs, points, 3) of linear interpolation
+    """
+    rng = np.random.default_rng([seed, 12])
+    contents = list(dict.fromkeys(fragment.content for fragment in database.fragments))
+    rng.shuffle(contents)
+    alpha = np.linspace(LOWEST, HIGHEST, points)
+    c, e = coefficients(database, projection), database.styles
+    names, curves, lines = [], [], []
+    for n in range(pairs):
+        members = [k for k, fragment in enumerate(database.fragments) if fragment.content == contents[n % len(contents)]]
+        i, j = rng.choice(members, 2, replace=False)
+        Z = blend_inputs(c, e, np.tile([i, j], (points, 1)), alpha)
+        names.append((database.fragments[i].name, database.fragments[j].name))
+        curves.append(predict(model, Z))
+        lines.append((1 - alpha[:, None]) * e[i] + alpha[:, None] * e[j])
+    return names, alpha, np.array(curves), np.array(lines)
+
+
+def disguised(angles, rng, warp=WARP, noise=NOISE):
+    """The same motion, its speed straying smoothly from 1 by up to `warp`, and every angle with Gaussian noise.   (T, D)  ->  (T', D)"""
+    u = np.linspace(0, 1, len(angles))
+    speed = 1 + warp * np.sin(2 * np.pi * (rng.uniform(0.5, 1.5) * u + rng.uniform()))
+    arrival = np.concatenate([[0], np.cumsum(0.5 * (1 / speed[1:] + 1 / speed[:-1]))])
+    frames = max(2, round(arrival[-1]) + 1)
+    played = np.interp(np.linspace(0, arrival[-1], frames), arrival, np.arange(len(angles)))
+    return read_at(angles, played) + noise * rng.normal(size=(frames, angles.shape[1]))
+
+
+def cut_again(database, trials=40, length=5, *, seed=0, warp=WARP, noise=NOISE, tolerance=TOLERANCE):
+    """Sequences of `length` known fragments, warped and with noise, segmented by the whole database.
+
+    ->  {"sequences": share cut into the right contents with every cut within `tolerance` frames, "contents": share with the right
+    contents in order, "fragments": share of the pieces matched by the very fragment, "cuts": share of the cuts within `tolerance`,
+    "merged": share with the right contents once neighbouring pieces of one content count as one}
+    """
+    rng = np.random.default_rng([seed, 13])
+    sequences = [fragment.angles for fragment in database.fragments]
+    results = []
+    for _ in range(trials):
+        chosen = rng.choice(len(sequences), length, replace=False)
+        parts = [disguised(sequences[n], rng, warp, noise) for n in chosen]
+        results.append(_compare(database, sequences, np.concatenate(parts), np.cumsum([len(part) for part in parts])[:-1],
+                                [database.fragments[n].content for n in chosen], tolerance, chosen))
+    return _rates(results)
+
+
+def cut_newcomers(cast, *, seed=0, tolerance=TOLERANCE):
+    """Each performer's actions in a phrase of random order, joined, and segmented by the fragments of all others.   ->  as `cut_again`"""
+    rng = np.random.default_rng([seed, 14])
+    results = []
+    for name in dict.fromkeys(cast.performer):
+        phrase, cuts, contents, others = newcomer(cast, name, rng)
+        results.append(_compare(others, [f.angles for f in others.fragments], phrase.angles, cuts[1:-1], contents, tolerance, None))
+    return _rates(results)
+
+
+def newcomer(cast, name, rng):
+    """One performer's actions joined in random order, and the database of all others.   ->  Fragment, cuts, contents, Database"""
+    own = rng.permutation(np.flatnonzero(cast.performer == name))
+    parts = [cast.database.fragments[n] for n in own]
+    cuts = tuple(int(cut) for cut in np.cumsum([0] + [part.frames for part in parts]))
+    return join(parts, cast.database.body), cuts, [part.content for part in parts], without(cast.database, cast.performer != name)
+
+
+def _compare(database, sequences, Y, cuts, contents, tolerance, chosen):
+    """->  (contents right, share of cuts found, all right, share of the very fragments, contents right when merged)"""
+    _, pieces = segment(Y, sequences)
+    found_contents = contents_of(database, pieces)
+    right, merged = found_contents == list(contents), _merged(found_contents) == _merged(contents)
+    found = np.array([piece.end for piece in pieces[:-1]])
+    near = [bool(len(found)) and int(np.abs(found - cut).min()) <= tolerance for cut in cuts]
+    same = np.mean([piece.fragment == n for piece, n in zip(pieces, chosen)]) if right and chosen is not None else float("nan")
+    return right, np.mean(near), right and all(near), same if right else 0.0, merged
+
+
+def _merged(contents):
+    return [content for n, content in enumerate(contents) if n == 0 or content != contents[n - 1]]
+
+
+def _rates(results):
+    contents, cuts, sequences, same, merged = np.array(results, dtype=float).mean(axis=0).tolist()
+    return {"sequences": sequences, "contents": contents, "cuts": cuts, "fragments": same, "merged": merged}
+
+
+def asked_and_seen(cast, train, *, trials=10, looks=1, seed=0, report=None):
+    """Ask for styles and observe what comes: each performer in turn is the input, all others are the database.
+
+    A style is asked for that lies between two fragments' of the database, at random. Input and result are both observed by the computed
+    observer, piece by piece.   train : function(Database) -> StyleModel, Projection;  trials : of each performer;
+    looks : see `synthesise.restyle`
+    ->  {"nearer": share observed nearer to the target than the input was, "asked": (M, 3), "input": (M, 3), "seen": (M, 3) styles}
+    """
+    rng = np.random.default_rng([seed, 15])
+    asked, given, seen = [], [], []
+    for name in dict.fromkeys(cast.performer):
+        phrase, _, _, others = newcomer(cast, name, rng)
+        model, projection = train(others)
+        _, pieces = segment(phrase.angles, [fragment.angles for fragment in others.fragments])
+        contents = contents_of(others, pieces)
+        for _ in range(trials):
+            a, b = rng.choice(len(others.fragments), 2, replace=False)
+            u = rng.uniform()
+            asked.append((1 - u) * others.styles[a] + u * others.styles[b])
+            made = restyle(phrase, pieces, others, model, projection, asked[-1], looks=looks)
+            given.append(observed_style(phrase, (0, *(piece.end for piece in pieces)), contents, others.observer))
+            seen.append(observed_style(made.fragment, made.cuts, contents, others.observer))
+        if report:
+            report(name)
+    asked, given, seen = np.array(asked), np.array(given), np.array(seen)
+    nearer = np.linalg.norm(seen - asked, axis=1) < np.linalg.norm(given - asked, axis=1)
+    return {"nearer": nearer.mean(), "asked": asked, "input": given, "seen": seen}
+
+
+def table_rows(errors):
+    """Table 1 beside the paper's.   {model: (splits, 3)}  ->  list of lists of str"""
+    rows = [["model", *EFFORTS, *(f"paper: {effort}" for effort in EFFORTS)]]
+    for model, error in errors.items():
+        rows.append([model, *(f"{x:.2f}" for x in error.mean(axis=0)), *(f"{x:.2f}" for x in PUBLISHED[model])])
+    return rows

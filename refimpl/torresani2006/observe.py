@@ -1,0 +1,166 @@
+r"""Styles as points e = (flow, weight, time) in [-3, 3]^3: from an analyst's label file, or from the computed observer.
+
+The computed observer is no analyst. It measures a motion with the kinematic descriptors of effort that Larboulette and Gibet 2015, "A review
+of computable expressive descriptors of human motion", collect from the literature (weight: kinetic energy; time: acceleration; flow: jerk),
+and says how far a fragment lies from the others of its content.
+"""
+
+import csv
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .poses import joint_positions
+
+EFFORTS = ("flow", "weight", "time")
+LIMIT = 3.0
+GAIN = 1.5                                                   # two standard deviations reach the limit
+HEADER = ["clip", "start", "end", *EFFORTS]
+
+
+class LabelError(ValueError):
+    """A label file that does not fit the clips; the message names file and line."""
+
+
+class ObserveError(ValueError):
+    """A motion too short to observe, or no fragments to compare with."""
+
+
+def kinematics(fragment, body):
+    r"""Four numbers from the joints' paths p_j by differences from frame to frame:
+
+        energy       max over t of 1/2 sum_j |v_j|^2      (all joints of one mass)
+        speed        mean over t and j of |v_j|
+        acceleration mean over t and j of |a_j|
+        jerk         mean over t and j of |da_j/dt|
+
+    ->  (4,) in powers of the file's length unit and seconds.   Raises ObserveError for fewer than four frames.
+    """
+    if fragment.frames < 4:
+        raise ObserveError(f"{fragment.name}: found {fragment.frames} frames, needed at least 4 to see a jerk")
+    velocity = np.diff(joint_positions(fragment, body), axis=0) * fragment.fps
+    acceleration = np.diff(velocity, axis=0) * fragment.fps
+    jerk = np.diff(acceleration, axis=0) * fragment.fps
+    means = [np.linalg.norm(x, axis=-1).mean() for x in (velocity, acceleration, jerk)]
+    return np.array([0.5 * np.sum(velocity ** 2, axis=(1, 2)).max(), *means])
+
+
+def descriptors(fragment, body, relative=True):
+    r"""Flow, weight and time before they are scaled.
+
+        weight = log energy,   time = log (acceleration / speed),   flow = -log (jerk / acceleration)
+
+    Energy, acceleration and jerk all grow with speed; each of the higher ones is therefore taken relative to the one below (a choice), or
+    a fast motion would always be strong, sudden and bound at once. relative=False gives log energy, log acceleration, -log jerk.
+    ->  (3,)
+    """
+    energy, speed, acceleration, jerk = np.log(np.maximum(kinematics(fragment, body), 1e-12))
+    return np.array([acceleration - jerk, energy, acceleration - speed] if relative else [-jerk, energy, acceleration])
+
+
+@dataclass(frozen=True)
+class Observer:
+    """The computed observer: what is usual for each content, and how much fragments of one content differ.
+
+    usual : {content: (3,)} with None for all together;  spread : (3,);  body : of the fragments;  relative : see `descriptors`.
+    """
+
+    usual: dict
+    spread: np.ndarray
+    body: object = field(repr=False)
+    relative: bool = True
+
+
+def fit_observer(fragments, body, relative=True):
+    """Learn what is usual: the mean descriptors of each content, and the standard deviation within the contents.
+
+    fragments : list of Fragment   ->  Observer.   Raises ObserveError without at least two fragments of one content that differ.
+    """
+    found = np.array([descriptors(fragment, body, relative) for fragment in fragments]).reshape(-1, 3)
+    contents = np.array([str(fragment.content) for fragment in fragments])
+    usual, within = {}, []
+    for content in dict.fromkeys(contents):
+        members = found[contents == content]
+        usual[content] = members.mean(axis=0)
+        within.append(members - usual[content])
+    freedom = len(found) - len(usual)
+    spread = np.sqrt(sum((part ** 2).sum(axis=0) for part in within) / freedom) if freedom > 0 else np.zeros(3)
+    if not (spread > 1e-9).all():
+        raise ObserveError(f"fragments: found {len(found)} of {len(usual)} contents with nothing to compare, needed two different ones of "
+                           "one content; are the contents right?")
+    usual[None] = found.mean(axis=0)
+    return Observer(usual, spread, body, relative)
+
+
+def observe(fragment, observer, content=None):
+    r"""The style of a fragment as the computed observer has it:   e = clip(1.5 (descriptors - usual) / spread, -3, 3)
+
+    content : whose usual to compare with, the fragment's own unless given; unknown ones with all together   ->  (3,) flow, weight, time
+    """
+    content = str(fragment.content if content is None else content)
+    usual = observer.usual.get(content, observer.usual[None])
+    z = (descriptors(fragment, observer.body, observer.relative) - usual) / observer.spread
+    return np.clip(GAIN * z, -LIMIT, LIMIT)
+
+
+@dataclass(frozen=True)
+class Label:
+    """One line of a label file.   start, end : frames of the clip from 0, the end not included;  style : (3,);  line : in the file."""
+
+    clip: str
+    start: int
+    end: int
+    style: np.ndarray
+    line: int
+
+
+def read_labels(path, frames):
+    """An analyst's labels: a CSV file with the header `clip,start,end,flow,weight,time`; empty start and end mean the whole clip.
+
+    frames : {clip: number of frames} of the clips there are   ->  list of Label
+    Raises LabelError naming the line: unknown clip, frames not in it, a value outside [-3, 3], a stretch labelled twice.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            rows = [[cell.strip() for cell in row] for row in csv.reader(file)]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise LabelError(f"{path}: found {error}, needed UTF-8 text with the header {','.join(HEADER)}") from None
+    if not rows or rows[0] != HEADER:
+        raise LabelError(f"{path}:1: found {','.join(rows[0]) if rows else 'an empty file'!r}, needed the header {','.join(HEADER)}")
+    labels, seen = [], {}
+    for line, row in enumerate(rows[1:], start=2):
+        if not any(row) or row[0].startswith("#"):
+            continue
+        label = _label(f"{path}:{line}", line, row, frames)
+        key = (label.clip, label.start, label.end)
+        if key in seen:
+            raise LabelError(f"{path}:{line}: found frames {label.start} to {label.end} of {label.clip!r} a second time (the first is in line "
+                             f"{seen[key]}), needed each stretch once")
+        seen[key] = line
+        labels.append(label)
+    if not labels:
+        raise LabelError(f"{path}: found no line below the header, needed at least one label")
+    return labels
+
+
+def _label(where, line, row, frames):
+    """One row, checked.   `where` begins every message.   ->  Label"""
+    if len(row) != len(HEADER):
+        raise LabelError(f"{where}: found {len(row)} values, needed {','.join(HEADER)}")
+    clip = next((name for name in (row[0], row[0].removesuffix(".bvh")) if name in frames), None)
+    if clip is None:
+        raise LabelError(f"{where}: found no clip {row[0]!r}, needed the name of one, such as {next(iter(frames), 'none')!r}")
+    style = np.empty(3)
+    for n, (name, word) in enumerate(zip(EFFORTS, row[3:])):
+        try:
+            style[n] = float(word)
+        except ValueError:
+            style[n] = np.nan
+        if not abs(style[n]) <= LIMIT:
+            raise LabelError(f"{where}: found {name} {word!r}, needed a number from -3 to 3")
+    if not row[1] and not row[2]:
+        return Label(clip, 0, frames[clip], style, line)
+    if not (row[1].isascii() and row[1].isdigit() and row[2].isascii() and row[2].isdigit() and int(row[1]) < int(row[2]) <= frames[clip]):
+        raise LabelError(f"{where}: found start {row[1]!r} and end {row[2]!r}, needed whole frames, start < end <= {frames[clip]}, the length "
+                         f"of {clip!r}; the end is not included")
+    return Label(clip, int(row[1]), int(row[2]), style, line)

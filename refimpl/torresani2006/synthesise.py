@@ -1,0 +1,213 @@
+r"""Piecewise style synthesis (Torresani 2006, section 7.2, equation 12): the same actions in a style that is asked for."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..motion import rotation
+from ..motion.gait import ease
+from .align import HIGHEST, LOWEST, interpolate, turned
+from .database import blend_inputs, coefficients
+from .observe import observe
+from .poses import HEADING, Fragment, exponential_maps, rotation_matrices
+from .regress import predict
+from .segment import segment
+
+NEIGHBOURS, SAMPLES = 12, 13
+GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+SEAM = 0.6                                                   # seconds on either side of a joint
+
+
+class SynthesisError(ValueError):
+    """A style that cannot be asked for, or a content without two fragments."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The minimum of equation 12 for one piece.   i, j : fragments of the database;  alpha;  predicted : (3,) f(z);  error : || e - f ||."""
+
+    i: int
+    j: int
+    alpha: float
+    predicted: np.ndarray
+    error: float
+
+
+@dataclass(frozen=True)
+class Synthesis:
+    """fragment : the new motion;  cuts : the first frame of each piece and the end;  pieces : of the input;  choices : one a piece."""
+
+    fragment: Fragment = field(repr=False)
+    cuts: tuple
+    pieces: tuple
+    choices: tuple
+
+
+def neighbours(database, i, count=NEIGHBOURS):
+    """The fragments of i's content nearest to it by SSD, itself among them.   ->  (K,) numbers, nearest first"""
+    same = np.array([fragment.content == database.fragments[i].content for fragment in database.fragments])
+    nearest = np.argsort(np.where(same, database.ssd[i], np.inf), kind="stable")
+    return nearest[:min(count, same.sum())]
+
+
+def golden_section(f, low, high, tolerance=1e-5):
+    r"""The minimum of many functions of one number side by side, each between its own ends.
+
+    Two points inside, at 0.382 and 0.618 of the interval; the end beyond the worse one moves there, and the better one is kept as one of
+    the next two: the interval shrinks by 0.618 at the cost of one evaluation.
+
+    f : (M,) -> (M,);  low, high : (M,)   ->  (M,) to within `tolerance`
+    """
+    low, high = np.array(low, dtype=float), np.array(high, dtype=float)
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    f_left, f_right = f(left), f(right)
+    while (high - low).max(initial=0) > tolerance:
+        better = f_left < f_right                            # the minimum is left of `right`
+        low, high = np.where(better, low, left), np.where(better, right, high)
+        kept, f_kept = np.where(better, left, right), np.where(better, f_left, f_right)
+        new = np.where(better, high - GOLDEN * (high - low), low + GOLDEN * (high - low))
+        f_new = f(new)
+        left, right = np.where(better, new, kept), np.where(better, kept, new)
+        f_left, f_right = np.where(better, f_new, f_kept), np.where(better, f_kept, f_new)
+    return 0.5 * (low + high)
+
+
+def choose(database, model, projection, members, target, samples=SAMPLES):
+    r"""Equation 12:   alpha*, k*, l* = arg min || e - f(z_kl(alpha)) ||   over pairs of members and alpha in [-0.25, 1.25].
+
+    M uniform samples of alpha for every pair, then a golden-section search between the neighbours of the best sample.
+
+    members : (K,) fragments, target : (3,), samples : M, at least 2   ->  list of Choice, one for each ordered pair, best first
+    Raises SynthesisError for fewer than two members, or a target outside [-3, 3].
+    """
+    target = check_style(target)
+    if len(members) < 2 or samples < 2:
+        raise SynthesisError(f"members, samples: found {len(members)} fragments of this content and {samples} samples, needed at least 2 of "
+                             "either; a style is made between two performances of one action")
+    pairs = np.array([(i, j) for i in members for j in members if i != j])
+    c, e = coefficients(database, projection), database.styles
+
+    def error(alpha):
+        return np.linalg.norm(predict(model, blend_inputs(c, e, pairs, alpha)) - target, axis=1)
+
+    grid = np.linspace(LOWEST, HIGHEST, samples)
+    best = np.argmin([error(np.full(len(pairs), alpha)) for alpha in grid], axis=0)
+    alpha = golden_section(error, grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, samples - 1)])
+    alpha = np.where(error(alpha) <= error(grid[best]), alpha, grid[best])
+    predicted, errors = predict(model, blend_inputs(c, e, pairs, alpha)), error(alpha)
+    order = np.argsort(errors, kind="stable")
+    return [Choice(int(pairs[n, 0]), int(pairs[n, 1]), float(alpha[n]), predicted[n], float(errors[n])) for n in order]
+
+
+def check_style(style):
+    """(flow, weight, time), each from -3 to 3.   ->  (3,) float.   Raises SynthesisError."""
+    style = np.asarray(style, dtype=float)
+    if style.shape != (3,) or not (np.abs(style) <= 3).all():
+        raise SynthesisError(f"style: found {style}, needed flow, weight and time, each a number from -3 to 3")
+    return style
+
+
+def join(parts, body, seam=SEAM):
+    r"""Motions one after the other, with continuous root and pose.
+
+    Each part is set down where the one before ends, facing its way, one step of the mean speed of both further. What jump remains in a
+    joint, delta = log(exp(-v)^T A_last^T B_first) with v the mean step of both, is shared: half of it fades in before the seam and half
+    fades out after it. Height likewise.
+
+    parts : list of Fragment, at least one   ->  Fragment
+    """
+    placed = [parts[0]]
+    for part in parts[1:]:
+        placed.append(_set_down(part, placed[-1], body))
+    rotations = [rotation_matrices(part.angles, body.reference) for part in placed]
+    roots = [part.root.copy() for part in placed]
+    up = "xyz".index(body.up)
+    width = max(1, round(seam * parts[0].fps))
+    jumps = []
+    for A, B, a, b in zip(rotations, rotations[1:], roots, roots[1:]):
+        step = 0.5 * (rotation.log_map(_turn(A[-2], A[-1])) + rotation.log_map(_turn(B[0], B[1])))
+        jumps.append((rotation.log_map(_turn(A[-1] @ rotation.exp_map(step), B[0])),
+                      b[0, up] - a[-1, up] - 0.5 * (a[-1, up] - a[-2, up] + b[1, up] - b[0, up])))
+    for n, (delta, rise) in enumerate(jumps):
+        before, after = _fade(len(rotations[n]), width)[::-1], _fade(len(rotations[n + 1]), width)
+        rotations[n] = rotations[n] @ rotation.exp_map(0.5 * before[:, None, None] * delta)
+        rotations[n + 1] = rotations[n + 1] @ rotation.exp_map(-0.5 * after[:, None, None] * delta)
+        roots[n][:, up] += 0.5 * before * rise
+        roots[n + 1][:, up] -= 0.5 * after * rise
+    angles = exponential_maps(np.concatenate(rotations), body.reference)
+    return replace(parts[0], name=" ".join(part.name for part in parts), content=None if len(parts) > 1 else parts[0].content,
+                   style=None, angles=angles, root=np.concatenate(roots))
+
+
+def _turn(A, B):
+    return A.swapaxes(-1, -2) @ B
+
+
+def _fade(frames, width):
+    """From 1 at the first frame to 0 after `width` frames, or after half of the frames if these are fewer.   ->  (frames,)"""
+    return 1.0 - ease(np.arange(frames) / max(1, min(width, frames // 2)))
+
+
+def _set_down(part, before, body):
+    """A part moved over the floor and turned so that it goes on from the one before, at the mean speed of both.   ->  Fragment"""
+    root, end, floor, up = part.root.copy(), before.root, body.floor, body.up
+    turn = 0.5 * (end[-1, HEADING] - end[-2, HEADING] + root[1, HEADING] - root[0, HEADING])
+    angle = end[-1, HEADING] + turn - root[0, HEADING]
+    path = turned(root[:, floor] - root[0, floor], angle, up)
+    root[:, floor] = path + end[-1, floor] + 0.5 * (end[-1, floor] - end[-2, floor] + path[1] - path[0])
+    root[:, HEADING] += angle
+    return replace(part, root=root)
+
+
+def synthesise(Y, database, model, projection, target, *, count=NEIGHBOURS, samples=SAMPLES, looks=1):
+    """A motion with the content of Y and the style that is asked for (section 7).
+
+    Y : Fragment of the database's body and frame rate;  model, projection : of `database.train`;  target : (3,) flow, weight, time;
+    looks : see `restyle`   ->  Synthesis, set down where Y begins.   Raises SynthesisError, SegmentError.
+    """
+    target = check_style(target)
+    _, pieces = segment(Y.angles, [fragment.angles for fragment in database.fragments])
+    return restyle(Y, pieces, database, model, projection, target, count=count, samples=samples, looks=looks)
+
+
+def restyle(Y, pieces, database, model, projection, target, *, count=NEIGHBOURS, samples=SAMPLES, looks=1):
+    """`synthesise` for a motion that is cut already.
+
+    pieces : list of Piece;  looks : how many of the best pairs are blended; of these the one is taken that the computed observer sees
+    nearest to the target. 1 is equation 12, which trusts f alone   ->  Synthesis
+    """
+    target, choices, parts = check_style(target), [], []
+    for piece in pieces:
+        best = choose(database, model, projection, neighbours(database, piece.fragment, count), target, samples)[:looks]
+        blends = [interpolate(database.fragments[c.i], database.fragments[c.j], c.alpha, up=database.body.up) for c in best]
+        misses = [np.linalg.norm(observe(blend, database.observer) - target) for blend in blends] if looks > 1 else [0.0]
+        choices.append(best[int(np.argmin(misses))])
+        parts.append(blends[int(np.argmin(misses))])
+    parts[0] = _at_start_of(Y, parts[0], database.body)
+    cuts = np.cumsum([0] + [part.frames for part in parts])
+    return Synthesis(join(parts, database.body), tuple(int(cut) for cut in cuts), tuple(pieces), tuple(choices))
+
+
+def _at_start_of(Y, part, body):
+    """A part moved to where Y begins, facing its way."""
+    root, angle = part.root.copy(), Y.root[0, HEADING] - part.root[0, HEADING]
+    root[:, body.floor] = turned(root[:, body.floor] - root[0, body.floor], angle, body.up) + Y.root[0, body.floor]
+    root[:, HEADING] += angle
+    return replace(part, root=root)
+
+
+def observed_style(fragment, cuts, contents, observer):
+    """The computed observer on a motion of several actions: the mean of what it sees in each (those of fewer than four frames left out).
+
+    cuts : the first frame of each and the end, contents : one each   ->  (3,)
+    """
+    parts = [(replace(fragment, angles=fragment.angles[a:b], root=fragment.root[a:b]), content)
+             for a, b, content in zip(cuts, cuts[1:], contents) if b - a >= 4]
+    if not parts:
+        raise SynthesisError(f"{fragment.name}: found no action of four frames or more, needed one to observe")
+    return np.mean([observe(part, observer, content) for part, content in parts], axis=0)
+
+
+def contents_of(database, pieces):
+    """The content of each piece, that of the fragment it matches.   ->  list of str"""
+    return [database.fragments[piece.fragment].content for piece in pieces]

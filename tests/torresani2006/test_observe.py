@@ -1,0 +1,104 @@
+"""The computed observer against the truth of the embedded performers; label files with everything that can be wrong in them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from refimpl.torresani2006 import observe, performers, poses
+from refimpl.torresani2006.observe import read_labels
+
+HEADER = "clip,start,end,flow,weight,time\n"
+
+
+@pytest.fixture(scope="module")
+def seen():
+    """Sixty fragments by twelve performers: observed styles and true efforts."""
+    made = performers.make_performers()
+    body = poses.fit_body([performance.clip for performance in made])
+    fragments = [poses.fragment_of(p.clip, body, p.name, p.contents[0]) for p in made]
+    observer = observe.fit_observer(fragments, body)
+    return fragments, observer, np.array([observe.observe(f, observer) for f in fragments]), np.array([p.effort for p in made])
+
+
+def test_agrees_with_the_true_effort(seen):
+    _, _, styles, efforts = seen
+    r = np.corrcoef(styles.T, efforts.T)[:3, 3:]
+    assert (np.diag(r) > 0.65).all(), r
+
+
+def test_range_and_scale(seen):
+    fragments, observer, styles, _ = seen
+    assert np.abs(styles).max() <= 3 and np.abs(styles).max() > 2
+    contents = np.array([fragment.content for fragment in fragments])
+    for content in set(contents):
+        assert np.abs(styles[contents == content].mean(axis=0)).max() < 0.2
+
+
+def test_playing_faster_is_stronger_more_sudden_and_more_bound(seen):
+    fragments, observer, *_ = seen
+    faster = observe.descriptors(replace(fragments[0], fps=60.0), observer.body) - observe.descriptors(fragments[0], observer.body)
+    np.testing.assert_allclose(faster, np.log(2) * np.array([-1, 2, 1]), atol=1e-9)
+    raw = (observe.descriptors(replace(fragments[0], fps=60.0), observer.body, relative=False)
+           - observe.descriptors(fragments[0], observer.body, relative=False))
+    np.testing.assert_allclose(raw, np.log(2) * np.array([-3, 2, 2]), atol=1e-9)
+
+
+def test_by_hand():
+    """A single joint that falls: v = g t, a = g, no jerk."""
+    from refimpl.motion.clip import Joint
+    body = poses.Body((Joint("ball", -1, (0, 0, 0), ()),), 0, np.zeros((1, 3)), np.eye(3)[None], "y")
+    t = np.arange(11) / 10
+    root = np.stack([0 * t, -0.5 * 9.81 * t ** 2, 0 * t, 0 * t], axis=1)
+    energy, speed, acceleration, jerk = observe.kinematics(poses.Fragment("ball", None, None, np.zeros((11, 3)), root, 10.0), body)
+    assert energy == pytest.approx(0.5 * (9.81 * 0.95) ** 2) and speed == pytest.approx(0.5 * 9.81)
+    assert acceleration == pytest.approx(9.81) and jerk == pytest.approx(0, abs=1e-9)
+
+
+def test_too_little(seen):
+    fragments, observer, *_ = seen
+    with pytest.raises(observe.ObserveError, match="found 3 frames"):
+        observe.observe(replace(fragments[0], angles=fragments[0].angles[:3], root=fragments[0].root[:3]), observer)
+    with pytest.raises(observe.ObserveError, match="nothing to compare"):
+        observe.fit_observer(fragments[:1], observer.body)
+
+
+def write(tmp_path, text):
+    path = tmp_path / "labels.csv"
+    path.write_text(text)
+    return path
+
+
+def test_labels(tmp_path):
+    path = write(tmp_path, HEADER + "walk.bvh,0,40,1.5,-3,3\n# a note\n\nwalk,40,90,0,0,0\nbow,,,-1,2,0.5\n")
+    labels = read_labels(path, {"walk": 90, "bow": 50})
+    assert [(label.clip, label.start, label.end, label.line) for label in labels] == [("walk", 0, 40, 2), ("walk", 40, 90, 5), ("bow", 0, 50, 6)]
+    np.testing.assert_array_equal(labels[0].style, [1.5, -3, 3])
+
+
+@pytest.mark.parametrize("text, message", [
+    ("", ":1: found 'an empty file'"),
+    ("clip,flow\n", ":1: found 'clip,flow', needed the header clip,start,end,flow,weight,time"),
+    (HEADER, "no line below the header"),
+    (HEADER + "walk,0,40,1,2\n", ":2: found 5 values"),
+    (HEADER + "walk,0,40,0,0,0\nrun,0,40,0,0,0\n", ":3: found no clip 'run'"),
+    (HEADER + "walk,0,40,0,3.1,0\n", ":2: found weight '3.1', needed a number from -3 to 3"),
+    (HEADER + "walk,0,40,0,0,nan\n", ":2: found time 'nan'"),
+    (HEADER + "walk,0,40,much,0,0\n", ":2: found flow 'much'"),
+    (HEADER + "walk,0,91,0,0,0\n", ":2: found start '0' and end '91'"),
+    (HEADER + "walk,40,40,0,0,0\n", ":2: found start '40' and end '40'"),
+    (HEADER + "walk,-1,40,0,0,0\n", ":2: found start '-1'"),
+    (HEADER + "walk,,40,0,0,0\n", ":2: found start ''"),
+    (HEADER + "walk,0,40,0,0,0\nbow,,,0,0,0\nwalk.bvh,0,40,1,1,1\n", ":4: found frames 0 to 40 of 'walk' a second time (the first is in line 2)"),
+])
+def test_wrong_labels_name_the_line(tmp_path, text, message):
+    with pytest.raises(observe.LabelError) as error:
+        read_labels(write(tmp_path, text), {"walk": 90, "bow": 50})
+    assert message in str(error.value) and "labels.csv" in str(error.value)
+
+
+def test_labels_that_are_no_text(tmp_path):
+    path = tmp_path / "labels.csv"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(observe.LabelError, match="UTF-8"):
+        read_labels(path, {})

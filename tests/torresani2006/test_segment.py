@@ -1,0 +1,96 @@
+"""The one-stage programme against the enumeration of all concatenations, and against the truth of the embedded performers."""
+
+from itertools import product
+
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from refimpl.torresani2006 import align, experiment, performers, poses
+from refimpl.torresani2006.segment import SegmentError, segment
+
+
+def compositions(n):
+    """All ways to cut n frames into pieces of at least one."""
+    for gaps in product([0, 1], repeat=n - 1):
+        ends = [k + 1 for k, gap in enumerate(gaps) if gap] + [n]
+        yield list(zip([0] + ends, ends))
+
+
+def best_concatenation(Y, fragments):
+    """Equation 8 by trying all concatenations and all cuts."""
+    return min(sum(align.dtw_definition(align.distances(Y[a:b], fragments[i]))[-1, -1] for (a, b), i in zip(cuts, chosen))
+               for cuts in compositions(len(Y)) for chosen in product(range(len(fragments)), repeat=len(cuts)))
+
+
+@given(st.integers(0, 10_000))
+def test_all_concatenations(seed):
+    rng = np.random.default_rng(seed)
+    fragments = [rng.integers(-2, 3, (rng.integers(1, 4), 2)).astype(float) for _ in range(rng.integers(1, 4))]
+    Y = rng.integers(-2, 3, (rng.integers(1, 6), 2)) + 0.1 * rng.normal(size=2)
+    cost, pieces = segment(Y, fragments)
+    assert cost == pytest.approx(best_concatenation(Y, fragments), abs=1e-9)
+    assert pieces[0].start == 0 and pieces[-1].end == len(Y)
+    assert all(a.end == b.start for a, b in zip(pieces, pieces[1:]))
+    assert sum(piece.cost for piece in pieces) == pytest.approx(cost, abs=1e-9)
+    for piece in pieces:                                                 # each piece is aligned as well as it can be
+        alone = align.dtw(Y[piece.start:piece.end], fragments[piece.fragment])[0]
+        assert piece.cost == pytest.approx(alone, abs=1e-9)
+
+
+@given(st.integers(0, 10_000))
+def test_a_concatenation_is_found_again(seed):
+    rng = np.random.default_rng(seed)
+    fragments = [np.cumsum(rng.normal(size=(rng.integers(3, 12), 3)), axis=0) for _ in range(5)]
+    chosen = rng.integers(0, 5, 4)
+    cost, pieces = segment(np.concatenate([np.repeat(fragments[n], 2, axis=0) for n in chosen]), fragments)
+    assert cost == 0
+    assert [piece.fragment for piece in pieces] == chosen.tolist()
+    assert [piece.end for piece in pieces] == np.cumsum([2 * len(fragments[n]) for n in chosen]).tolist()
+
+
+def test_one_fragment_is_dynamic_time_warping():
+    rng = np.random.default_rng(0)
+    X = np.cumsum(rng.normal(size=(20, 3)), axis=0)
+    cost, pieces = segment(X + 0.01, [X])
+    assert cost == pytest.approx(align.dtw(X + 0.01, X)[0]) and len(pieces) == 1
+
+
+def test_errors():
+    with pytest.raises(SegmentError, match="found none"):
+        segment(np.zeros((3, 2)), [])
+    with pytest.raises(align.AlignError, match="2 and 3 angles"):
+        segment(np.zeros((3, 2)), [np.zeros((3, 3))])
+
+
+@pytest.fixture(scope="module")
+def cast():
+    return experiment.embedded_cast()
+
+
+def test_known_fragments_warped_and_noisy_are_cut_where_they_were_joined(cast):
+    rates = experiment.cut_again(cast.database, trials=20)
+    assert rates["sequences"] == rates["cuts"] == rates["fragments"] == 1.0
+
+
+def test_phrases_of_performers_not_in_the_database(cast):
+    sequences = [fragment.angles for fragment in cast.database.fragments]
+    for number in range(30, 36):
+        phrase = performers.perform(tuple(performers.ACTIONS), number)
+        _, pieces = segment(poses.fragment_of(phrase.clip, cast.database.body, "phrase").angles, sequences)
+        assert tuple(cast.database.fragments[piece.fragment].content for piece in pieces) == phrase.contents
+        assert np.abs(np.array([piece.end for piece in pieces]) - np.array(phrase.cuts[1:]) / 2).max() <= experiment.TOLERANCE
+
+
+def test_contents_cluster(cast):
+    threshold = align.threshold_for(cast.database.ssd, 5)
+    found = align.clusters(cast.database.ssd, threshold)
+    contents = [fragment.content for fragment in cast.database.fragments]
+    assert len(set(zip(found.tolist(), contents))) == 5
+
+
+@pytest.mark.mocap
+def test_real_fragments_are_cut_where_they_were_joined(mocap):
+    real = experiment.folder_cast(mocap / "bandai1")
+    assert experiment.cut_again(real.database, trials=2, length=3)["sequences"] == 1.0

@@ -1,0 +1,173 @@
+"""Equation 12, joined pieces, the whole way from a clip to a clip, and the experiments."""
+
+import argparse
+import json
+
+import numpy as np
+import pytest
+
+from refimpl.commands import torresani
+from refimpl.motion import bvh
+from refimpl.motion.skeleton import local_pose
+from refimpl.torresani2006 import database as databases
+from refimpl.torresani2006 import experiment, performers, poses, regress, synthesise
+
+
+@pytest.fixture(scope="module")
+def trained():
+    database = databases.embedded_database()
+    return database, *databases.train(database, blends=120)
+
+
+@pytest.fixture(scope="module")
+def phrase(trained):
+    return poses.fragment_of(performers.perform(tuple(performers.ACTIONS), 40).clip, trained[0].body, "phrase")
+
+
+def test_golden_section():
+    centre = np.array([-0.2, 0.5, 2.0, 0.0])
+    found = synthesise.golden_section(lambda x: np.abs(x - centre) ** 1.5, np.full(4, -1.0), np.full(4, 1.0))
+    np.testing.assert_allclose(found, [-0.2, 0.5, 1.0, 0.0], atol=2e-5)
+
+
+def test_choice_is_the_best_of_a_fine_grid(trained):
+    database, model, projection = trained
+    members, target = synthesise.neighbours(database, 3, 5), np.array([1.0, -0.5, 0.7])
+    assert members[0] == 3 and len(members) == 5
+    best = synthesise.choose(database, model, projection, members, target)
+    assert len(best) == 20 and best[0].error == min(choice.error for choice in best)
+    c, e = databases.coefficients(database, projection), database.styles
+    alphas = np.linspace(-0.25, 1.25, 1501)
+    for choice in best:
+        grid = regress.predict(model, databases.blend_inputs(c, e, np.tile([choice.i, choice.j], (1501, 1)), alphas))
+        assert choice.error <= np.linalg.norm(grid - target, axis=1).min() + 2e-3
+        assert -0.25 <= choice.alpha <= 1.25
+
+
+def test_target_of_a_fragment_is_met(trained):
+    """The style of a fragment can be had from that fragment."""
+    database, model, projection = trained
+    choice = synthesise.choose(database, model, projection, synthesise.neighbours(database, 7), database.styles[7])[0]
+    assert choice.error < 0.25
+
+
+def test_wrong_styles(trained):
+    database, model, projection = trained
+    for target in ([4, 0, 0], [np.nan, 0, 0], [0, 0]):
+        with pytest.raises(synthesise.SynthesisError, match="flow, weight and time"):
+            synthesise.choose(database, model, projection, [0, 1], target)
+    with pytest.raises(synthesise.SynthesisError, match="found 1 fragments"):
+        synthesise.choose(database, model, projection, [0], [0, 0, 0])
+
+
+def test_joined_motion_is_continuous(trained):
+    database = trained[0]
+    parts = [database.fragments[n] for n in (0, 17, 31, 44, 58)]
+    whole = synthesise.join(parts, database.body)
+    assert whole.frames == sum(part.frames for part in parts)
+    usual = max(np.abs(np.diff(part.angles, axis=0)).max() for part in parts)
+    assert np.abs(np.diff(whole.angles, axis=0)).max() < 1.3 * usual
+    steps = np.linalg.norm(np.diff(whole.root[:, :3], axis=0), axis=1)
+    assert steps.max() < 1.3 * max(np.linalg.norm(np.diff(part.root[:, :3], axis=0), axis=1).max() for part in parts)
+    seams = np.cumsum([part.frames for part in parts])[:-1]
+    positions = poses.joint_positions(whole, database.body)
+    bends = np.linalg.norm(np.diff(positions, n=2, axis=0), axis=-1).max(axis=1)
+    assert bends[[seam + k for seam in seams for k in (-2, -1, 0)]].max() < bends.max() * 1.001
+    assert synthesise.join(parts[:1], database.body).angles == pytest.approx(parts[0].angles, abs=1e-9)
+
+
+def test_a_motion_cut_and_joined_is_itself(trained, phrase):
+    """Cut in the middle of a movement; only the two frames at the cut may give way a little, and the way goes on as it was."""
+    from dataclasses import replace
+    cuts = (0, 50, 130, phrase.frames)
+    parts = [replace(phrase, angles=phrase.angles[a:b], root=phrase.root[a:b] + [30 * a, 0, -9, 0]) for a, b in zip(cuts, cuts[1:])]
+    whole = synthesise.join(parts, trained[0].body)
+    assert np.abs(whole.angles - phrase.angles).max() < 0.05
+    assert np.abs(whole.root - phrase.root - [0, 0, -9, 0]).max() < 2.0
+
+
+def test_style_asked_for_is_observed(trained, phrase):
+    database, model, projection = trained
+    rng = np.random.default_rng(0)
+    nearer = []
+    for looks in (1, 8):
+        for _ in range(4):
+            target = rng.uniform(0.2, 0.8, 3) * (database.styles[rng.integers(60)] + database.styles[rng.integers(60)])
+            target = np.clip(target, -3, 3)
+            made = synthesise.synthesise(phrase, database, model, projection, target, looks=looks)
+            contents = synthesise.contents_of(database, made.pieces)
+            before = synthesise.observed_style(phrase, (0, *(p.end for p in made.pieces)), contents, database.observer)
+            after = synthesise.observed_style(made.fragment, made.cuts, contents, database.observer)
+            nearer.append(np.linalg.norm(after - target) < np.linalg.norm(before - target))
+            np.testing.assert_allclose(made.fragment.root[0, [0, 2, 3]], phrase.root[0, [0, 2, 3]], atol=1e-9)
+    assert np.mean(nearer) >= 0.75
+
+
+def test_analysts_labels(tmp_path):
+    for number in range(3):
+        made = performers.perform(("reach", "bow"), number)
+        bvh.write_bvh(tmp_path / f"phrase{number}.bvh", made.clip)
+        with open(tmp_path / "labels.csv", "a") as file:
+            if number == 0:
+                file.write("clip,start,end,flow,weight,time\n")
+            for a, b in zip(made.cuts, made.cuts[1:]):
+                file.write(f"phrase{number},{a},{b},{number - 1},0.5,{1 - number}\n")
+    database = databases.read_database(tmp_path, labels=tmp_path / "labels.csv")
+    assert database.labelled and len(database.fragments) == 6
+    np.testing.assert_array_equal(database.styles[:, 0], [-1, -1, 0, 0, 1, 1])
+
+
+def test_table_and_curves(trained):
+    database, model, projection = trained
+    errors = experiment.table_1(database, 1, models=("linear interpolation", "kernel ridge", "support vector"))
+    assert all(error.shape == (1, 3) and (error > 0).all() for error in errors.values())
+    names, alpha, curves, lines = experiment.figure_1(database, model, projection, points=7)
+    assert len(names) == 3 and curves.shape == lines.shape == (3, 7, 3) and alpha[[0, -1]].tolist() == [-0.25, 1.25]
+
+
+def test_folder_without_enough_performers(tmp_path):
+    bvh.write_bvh(tmp_path / "bow_0_1.bvh", performers.perform("bow", 0).clip)
+    with pytest.raises(experiment.ExperimentError, match="1 actions by the same 1 performers"):
+        experiment.folder_cast(tmp_path)
+
+
+def command(*words):
+    parser = argparse.ArgumentParser()
+    torresani.add_commands(parser.add_subparsers())
+    arguments = parser.parse_args([str(word) for word in words])
+    return arguments.run(arguments) or 0
+
+
+def test_commands(tmp_path, capsys, trained, monkeypatch):
+    monkeypatch.setattr(torresani, "embedded_database", lambda: trained[0])
+    monkeypatch.setattr(torresani, "train", lambda *words, **more: trained[1:])
+    clip = tmp_path / "phrase.bvh"
+    bvh.write_bvh(clip, performers.perform(("kick", "bow"), 50).clip)
+    assert command("segment", clip) == 0
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["content", "kick", "bow", f"{clip}:"]
+    out = tmp_path / "out.bvh"
+    assert command("synthesise", clip, "--flow", 1, "--weight", -1, "--time", "0.5", "-o", out) == 0
+    text = capsys.readouterr().out
+    assert "asked for: flow 1.00, weight -1.00, time 0.50" in text and "computed observer, output" in text
+    made, given = bvh.read_bvh(out), bvh.read_bvh(clip)
+    assert made.joints == given.joints and made.fps == given.fps
+    toes = [made.names.index(name) for name in ("LeftToe", "RightToe")]
+    from refimpl.motion.skeleton import forward_kinematics
+    assert forward_kinematics(made.parents, *local_pose(made))[1][:, toes, 1].min() > -4
+    with pytest.raises(ValueError, match="style: found"):
+        command("synthesise", clip, "--flow", 5, "-o", out)
+    with pytest.raises(ValueError, match="--looks: found 0"):
+        command("synthesise", clip, "--looks", 0, "-o", out)
+
+
+def test_experiment_command(tmp_path, capsys, monkeypatch):
+    few, cut_again = experiment.embedded_cast(3), experiment.cut_again
+    monkeypatch.setattr(experiment, "embedded_cast", lambda: few)
+    monkeypatch.setattr(experiment, "cut_again", lambda database, seed: cut_again(database, 2, seed=seed))
+    monkeypatch.setattr(torresani, "train", lambda database, seed=0: databases.train(database, blends=40, seed=seed))
+    assert command("experiment", "torresani", "--splits", 1, "--trials", 1, "--out", tmp_path) == 0
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert report["observer"] == "computed" and set(report["table_1"]) == set(regress.MODELS)
+    assert (tmp_path / "table_1.csv").read_text().startswith("model,flow,weight,time,paper: flow")
+    assert len((tmp_path / "figure_1.csv").read_text().splitlines()) == 1 + 3 * 61
+    assert (tmp_path / "figure_1_3.png").stat().st_size > 1000 and (tmp_path / "phrase.bvh").exists()
