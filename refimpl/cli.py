@@ -4,10 +4,9 @@ import argparse
 import os
 import sys
 
-# Many small matrix products on several BLAS threads spend their time waiting for each other. BLAS reads this once, when NumPy is first imported,
-# hence before the commands; who sets another number is not overruled.
-for _variable in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_variable, "1")
+from .blas import prefer
+
+prefer(os.environ)                                               # before NumPy is first imported, hence before the commands
 
 from .commands import check, demo, inspect, prepare, torresani, train, transfer
 

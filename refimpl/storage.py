@@ -66,7 +66,7 @@ def save_npz(path, format_name, version, arrays, facts):
     """
     header = json.dumps({"format": format_name, "version": version, "facts": facts}, sort_keys=True)
     with atomic_write(path, "wb") as file:
-        np.savez(file, header=np.array(header), **arrays)
+        np.savez(file, header=np.array(header), **{name: np.asarray(array, order="C") for name, array in arrays.items()})
 
 
 def load_npz(path, format_name, version, needed, facts=()):

@@ -18,10 +18,12 @@ MAY_IMPORT = {
     "holden2017": {"storage", "motion", "nn"},
     "torresani2006": {"storage", "motion"},
     "conformance": {"storage", "motion", "nn", "holden2017", "torresani2006"},
+    "exercise": {"nn"},
     "plot": {"storage", "motion"},
     "animate": {"storage", "motion", "plot"},
     "commands": {"storage", "motion", "nn", "holden2017", "torresani2006", "conformance", "plot", "animate"},
-    "cli": {"commands"},
+    "blas": set(),
+    "cli": {"commands", "blas"},
     "__main__": {"cli"},
     "__init__": set(),
 }

@@ -1,11 +1,13 @@
 """`refimpl prepare`: a folder of BVH clips to one file of features with labels."""
 
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
 from pathlib import Path
 
 from ..motion.dataset import HELD_OUT, PATTERN, find_clips, labels_by_pattern, labels_from_file, prepare, save_dataset
 from ..motion.joints import read_mapping
 from ..storage import check_writable
-from .options import number
+from .options import number, whole
 from .progress import Progress, table
 
 
@@ -21,6 +23,7 @@ def add_commands(commands):
     command.add_argument("--mapping", metavar="FILE.csv", help="lines slot,joint for skeletons with other names")
     command.add_argument("--hold-out", type=number(least=0, below=1), default=HELD_OUT, metavar="SHARE",
                          help="share of the clips of each content and style kept out of training, rounded down (default: %(default)s)")
+    command.add_argument("--processes", type=whole(1, 256), default=1, metavar="N", help="read clips in so many processes (default: %(default)s)")
     command.set_defaults(run=run)
 
 
@@ -31,8 +34,9 @@ def run(arguments):
     labels = (labels_from_file(paths, arguments.labels, arguments.folder) if arguments.labels
               else labels_by_pattern(paths, arguments.pattern))
     progress = Progress(len(labels), "clip")
-    dataset = prepare(arguments.folder, labels, fraction=arguments.hold_out, overrides=overrides,
-                      report=lambda path: progress.step(path.name))
+    with ProcessPoolExecutor(arguments.processes) if arguments.processes > 1 else nullcontext() as executor:
+        dataset = prepare(arguments.folder, labels, fraction=arguments.hold_out, overrides=overrides,
+                          report=lambda path: progress.step(path.name), executor=executor)
     save_dataset(arguments.output, dataset)
     for line in summary(dataset):
         print(line)

@@ -1,5 +1,7 @@
 """`refimpl train-autoencoder` and `refimpl train-style`: the loss network, and one transformation network a style."""
 
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 import json
 from pathlib import Path
 
@@ -59,6 +61,8 @@ def _training_options(command, epochs, rate):
     command.add_argument("--rate", type=number(above=0), default=rate, metavar="R", help="Adam's learning rate (default: %(default)s)")
     command.add_argument("--width", type=whole(1), default=25, metavar="K", help="frames of a filter (default: %(default)s)")
     command.add_argument("--seed", type=whole(0), default=0, metavar="N", help="(default: %(default)s)")
+    command.add_argument("--threads", type=whole(1, 256), default=2, metavar="N",
+                         help="compute each batch in so many parts side by side; the same number gives the same bits (default: %(default)s)")
     command.add_argument("--resume", action="store_true", help="go on from OUTPUT.checkpoint, which every epoch leaves, if it is there")
     command.add_argument("--curves", metavar="FILE.png", help="draw the losses by epoch")
 
@@ -73,8 +77,8 @@ def run_autoencoder(arguments):
     X = normalised_windows(clips, normaliser)
     print(f"{len(X)} windows of {X.shape[2]} frames from {len(clips)} clips of {dataset.source}")
     settings = {name: getattr(arguments, name) for name in ("epochs", "batch", "rate", "alpha", "dropout", "hidden", "width", "seed")}
-    run = fingerprint(["autoencoder", settings], X)
-    params = _train(arguments, run, ("loss",), lambda state: train_autoencoder(X, state=state, **settings))
+    run = fingerprint(["autoencoder", settings, arguments.threads], X)
+    params = _train(arguments, run, ("loss",), lambda **how: train_autoencoder(X, **how, **settings))
     save_manifold(arguments.output, Manifold(params, normaliser, dataset.leg, dataset.bones))
     _finish(arguments)
     print(f"{arguments.output}: {arguments.hidden} hidden units, filters of {arguments.width} frames")
@@ -90,10 +94,10 @@ def run_style(arguments):
     print(f"{len(lesson.X)} windows of {', '.join(exemplars)}; style {arguments.style!r} from "
           f"{', '.join(f'{len(clips)} clips for {content}' for content, clips in exemplars.items())}")
     settings = {name: getattr(arguments, name) for name in ("epochs", "batch", "rate", "channels", "width", "seed")}
-    run = fingerprint(["style", settings, vars(weights), lesson.contents], lesson.X, lesson.contacts, lesson.trajectory, *lesson.grams.values(),
+    run = fingerprint(["style", settings, arguments.threads, vars(weights), lesson.contents], lesson.X, lesson.contacts, lesson.trajectory, *lesson.grams.values(),
                       *manifold.params.values())
     params = _train(arguments, run, ("loss", "content", "style", "foot", "bone", "trajectory"),
-                    lambda state: train_style(lesson, manifold, weights=weights, state=state, **settings))
+                    lambda **how: train_style(lesson, manifold, weights=weights, **how, **settings))
     style = Style(params, manifold, arguments.style, tuple(exemplars))
     save_style(arguments.output, style)
     _finish(arguments)
@@ -109,7 +113,7 @@ def run_style(arguments):
 def _train(arguments, run, keys, epochs):
     """Follow a training loop, from its checkpoint on if that is asked for; leave a checkpoint after every epoch; draw the curves.
 
-    epochs : State or None -> the generator   ->  the last parameters
+    epochs : state, executor, parts -> the generator   ->  the last parameters
     """
     checkpoint = _checkpoint(arguments)
     state, records = None, []
@@ -117,10 +121,11 @@ def _train(arguments, run, keys, epochs):
         state, records = load_checkpoint(checkpoint, run)
         print(f"{checkpoint}: going on after epoch {state.epoch} of {arguments.epochs}")
     progress = Progress(arguments.epochs - len(records), "epoch", seconds=0.0)
-    for record, state in epochs(state):
-        records.append(record)
-        save_checkpoint(checkpoint, state, records, run)
-        progress.step(epoch_line(record))
+    with ThreadPoolExecutor(arguments.threads) if arguments.threads > 1 else nullcontext() as executor:
+        for record, state in epochs(state=state, executor=executor, parts=arguments.threads):
+            records.append(record)
+            save_checkpoint(checkpoint, state, records, run)
+            progress.step(epoch_line(record))
     if arguments.curves:
         from .. import plot
         plot.save(plot.curves([{"epoch": r.epoch, **r.losses} for r in records], keys), arguments.curves)

@@ -38,7 +38,7 @@ def path_error(features, content):
     return float(distance.mean()), float(distance.max())
 
 
-def held_out_distances(clips, exemplars, style, leg, *, kernels=tiled):
+def held_out_distances(clips, exemplars, style, leg):
     """Style distances of clips that training never saw: of the content itself, of T(I) and of P(T(I)).
 
     clips : of Labelled;  exemplars : {content: list of features};  leg : of the clips' dataset
@@ -47,9 +47,9 @@ def held_out_distances(clips, exemplars, style, leg, *, kernels=tiled):
     measured = []
     for clip in clips:
         content = to_scale(clip.features, leg, style.manifold.leg)
-        distance = {name: style_distance(features, exemplars[clip.content], style.manifold, kernels=kernels) for name, features in (
+        distance = {name: style_distance(features, exemplars[clip.content], style.manifold) for name, features in (
             ("content", content),
-            ("transformed", stylise(content, style, projected=False, kernels=kernels)),
-            ("projected", stylise(content, style, kernels=kernels)))}
+            ("transformed", stylise(content, style, projected=False)),
+            ("projected", stylise(content, style)))}
         measured.append({"clip": clip.name, **distance})
     return measured

@@ -1,6 +1,7 @@
 """The two kinds of model file: a manifold (the loss network) and a style (a transformation network with its manifold)."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from ..motion.features import FEATURES
 from ..motion.joints import BONES
 from ..motion.prepare import Normaliser
 from ..storage import FormatError, load_npz, save_npz
+from .stylist import Stylist
 
 VERSION = 1
 _SKELETON = ("mean", "deviation", "bones")
@@ -34,6 +36,11 @@ class Manifold:
         """The inverse of `network_input`.   (1, 66, T)  ->  (T, 66) float64"""
         return self.normaliser.undo(output[0].T.astype(float))
 
+    @cached_property
+    def stylist(self):
+        """The projection P, made ready for many clips."""
+        return Stylist(None, self.params)
+
 
 @dataclass(frozen=True)
 class Style:
@@ -43,6 +50,11 @@ class Style:
     manifold: Manifold
     name: str
     contents: tuple
+
+    @cached_property
+    def stylist(self):
+        """T and P, made ready for many clips."""
+        return Stylist(self.params, self.manifold.params)
 
 
 def save_manifold(path, manifold):

@@ -10,10 +10,9 @@ import time
 import numpy as np
 
 from .. import nn
-from ..nn import tiled
-from .lesson import batch_target
-from .networks import autoencoder_loss, autoencoder_loss_backward, init_loss_network, init_transformation_network
-from .total import Weights, total_loss, total_loss_backward
+from .networks import init_loss_network, init_transformation_network
+from .parts import AutoencoderWork, StyleWork, autoencoder_part, in_parts, new_run, style_part, summed
+from .total import Weights
 
 BATCH, RATE = 10, 1e-3
 AUTOENCODER_RATE = 1e-4                                         # with 1e-3 its loss rises again after a few epochs
@@ -43,46 +42,56 @@ class TrainingError(ValueError):
 
 
 def start_state(params):
-    """A State before the first epoch.   params : dict of arrays"""
+    """A State before the first epoch.   params : dict of arrays, which are laid out as the steps read them best"""
+    params = {name: np.asfortranarray(p) for name, p in params.items()}
     return State(params, nn.adam_start(params), 0)
 
 
-def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.01, dropout=0.1, hidden=256, width=25, seed=0, state=None, kernels=tiled):
+def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.01, dropout=0.1, hidden=256, width=25, seed=0, state=None, kernels=None,
+                      executor=None, parts=1):
     r"""Train the loss network by equation 3.
 
     X : (N, 66, T) normalised windows, float32 or float64, T even;  dropout : share of input numbers set to 0 (the others grow by
     1 / (1 - dropout)), so that the network learns to mend motion; 0 is equation 3 as printed;  state : to go on from
-    ->  yields (Record, State) after each epoch
+    kernels, executor, parts : see `train_style`   ->  yields (Record, State) after each epoch
     """
     state = state or start_state(init_loss_network(np.random.default_rng(seed), hidden=hidden, width=width, dtype=X.dtype))
+    run, each = new_run(), executor.map if executor else map
     for epoch in range(state.epoch + 1, epochs + 1):
         rng = np.random.default_rng([seed, 1, epoch])
 
         def step(params, indices):
             clean = X[indices]
-            keep = rng.random(clean.shape) >= dropout
-            noisy = (clean * keep / (1 - dropout)).astype(X.dtype) if dropout else None
-            settings = dict(alpha=alpha, noisy=noisy, kernels=kernels)
-            return {"loss": autoencoder_loss(clean, params, **settings)}, autoencoder_loss_backward(X.dtype.type(1), clean, params, **settings)[1]
+            keep = rng.random(clean.shape, dtype=np.float32) >= dropout
+            noisy = clean * keep * X.dtype.type(1 / (1 - dropout)) if dropout else None
+            cut = in_parts(np.arange(len(indices)), parts)
+            return summed(each(autoencoder_part, [AutoencoderWork(run, part, params, alpha, clean[i], noisy if noisy is None else noisy[i], kernels)
+                                                for part, i in enumerate(cut)]))
 
         record, state = _epoch(state, epoch, _batches(rng, len(X), batch), step, annealed(rate, epoch, epochs))
         yield record, state
 
 
-def train_style(lesson, manifold, *, epochs, weights=Weights(), batch=BATCH, rate=RATE, channels=128, width=25, seed=0, state=None, kernels=tiled):
+def train_style(lesson, manifold, *, epochs, weights=Weights(), batch=BATCH, rate=RATE, channels=128, width=25, seed=0, state=None, kernels=None,
+                executor=None, parts=1):
     r"""Train a transformation network by equation 10 against a fixed loss network.
 
-    lesson : Lesson;  manifold : Manifold;  weights : for the data's unit   ->  yields (Record, State) after each epoch
+    lesson : Lesson;  manifold : Manifold;  weights : for the data's unit;  kernels : None for the shared steps of `step`, or who provides the convolutions of
+    the definition (`refimpl.nn` for the direct ones);  executor : a `concurrent.futures.Executor` that computes the `parts` of each batch; the same
+    number of parts gives the same bits, whoever computes them   ->  yields (Record, State) after each epoch
     """
-    loss_network, mean, deviation = manifold.params, manifold.normaliser.mean, manifold.normaliser.deviation
     state = state or start_state(init_transformation_network(np.random.default_rng([seed, 2]), channels=channels, width=width,
                                                              dtype=lesson.X.dtype))
+    constants = (manifold.params, (manifold.normaliser.mean, manifold.normaliser.deviation), weights, lesson.bones)
+    run, each = new_run(), executor.map if executor else map
+
+    def work(params, part, i):
+        grams = tuple(lesson.grams[lesson.contents[k]] for k in i)
+        return StyleWork(run, part, params, *constants, lesson.X[i], grams, lesson.contacts[i], lesson.trajectory[i], kernels)
 
     def step(params, indices):
-        I, target = lesson.X[indices], batch_target(lesson, indices, loss_network, kernels=kernels)
-        arguments = (params, I, target, loss_network, mean, deviation, weights)
-        total, terms = total_loss(*arguments, kernels=kernels)
-        return {"loss": total, **terms}, total_loss_backward(1.0, *arguments, kernels=kernels)
+        terms, gradients = summed(each(style_part, [work(params, part, i) for part, i in enumerate(in_parts(indices, parts))]))
+        return {"loss": sum(terms.values()), **terms}, gradients
 
     for epoch in range(state.epoch + 1, epochs + 1):
         rng = np.random.default_rng([seed, 3, epoch])
@@ -106,18 +115,19 @@ def _batches(rng, count, size):
 
 def _epoch(state, epoch, batches, step, rate):
     """Run one epoch.   step : (params, indices) -> losses, gradients   ->  Record, State"""
-    params, adam = state.params, state.adam
+    params = {name: p.copy(order="F") for name, p in state.params.items()}               # the state that came in stays as it is
+    adam = {"t": state.adam["t"], **{moment: {name: a.copy(order="F") for name, a in state.adam[moment].items()} for moment in "mv"}}
     began, sums, norms = time.perf_counter(), {}, []
     for number, indices in enumerate(batches, start=1):
         losses, gradients = step(params, indices)
-        norm = float(np.sqrt(sum(np.vdot(g, g) for g in gradients.values())))
+        norm = float(np.sqrt(sum(float(np.vdot(g.T, g.T)) for g in gradients.values())))
         if not np.isfinite(norm) or not np.isfinite(losses["loss"]):
             raise TrainingError(f"epoch {epoch}, batch {number} of {len(batches)}: found loss {losses['loss']} and gradient norm {norm}, "
                                 "needed finite numbers; lower the learning rate or look for a bad clip in this batch")
         for name, loss in losses.items():
             sums[name] = sums.get(name, 0.0) + float(loss) * len(indices)
         norms.append(norm)
-        params, adam = nn.adam_step(params, gradients, adam, rate=rate)
+        nn.adam_update(params, gradients, adam, rate=rate)
     count = sum(map(len, batches))
     means = {name: total / count for name, total in sums.items()}
     return Record(epoch, means, float(np.mean(norms)), time.perf_counter() - began), State(params, adam, epoch)

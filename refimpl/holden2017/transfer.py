@@ -7,7 +7,6 @@ import numpy as np
 from ..motion.dataset import to_scale
 from ..motion.features import VELOCITIES, decode
 from ..motion.retarget import to_clip
-from ..nn import tiled
 from .networks import project, transform
 
 
@@ -20,26 +19,36 @@ class Stylised:
     features: np.ndarray
 
 
-def stylise(features, style, *, projected=True, kernels=tiled):
-    """P(T(I)) of features on the model's scale, or T(I) alone.   (T, 66)  ->  (T, 66)"""
-    output = style.manifold.motion(transform(style.manifold.network_input(features), style.params, kernels=kernels))
-    return project_features(output, style.manifold, kernels=kernels) if projected else output
+def stylise(features, style, *, projected=True, stylist=None, kernels=None):
+    """P(T(I)) of features on the model's scale, or T(I) alone.   (T, 66)  ->  (T, 66)
+
+    stylist : the style's own unless given (one with more threads, say);  kernels : who computes the definition instead, `refimpl.nn` say
+    """
+    X, manifold = style.manifold.network_input(features), style.manifold
+    if kernels is not None:
+        O = transform(X, style.params, kernels=kernels)
+        return manifold.motion(project(O, manifold.params, kernels=kernels) if projected else O)
+    stylist = stylist or style.stylist
+    return manifold.motion(stylist.stylise(X) if projected else stylist.transform(X))
 
 
-def project_features(features, manifold, *, kernels=tiled):
+def project_features(features, manifold, *, stylist=None, kernels=None):
     """P(X) = L+(L(X)) of features on the model's scale.   (T, 66)  ->  (T, 66)"""
-    return manifold.motion(project(manifold.network_input(features), manifold.params, kernels=kernels))
+    X = manifold.network_input(features)
+    if kernels is not None:
+        return manifold.motion(project(X, manifold.params, kernels=kernels))
+    return manifold.motion((stylist or manifold.stylist).project(X))
 
 
-def transfer(take, style, *, projected=True, kernels=tiled):
-    """Stylise a take.   Take, Style  ->  Stylised
+def transfer(take, style, *, projected=True, stylist=None, kernels=None):
+    """Stylise a take.   Take, Style  ->  Stylised.   stylist, kernels : as in `stylise`
 
     The character is brought to the model's size and back, and starts where and as the content starts. Its root keeps the velocities of
     T(I), which equation 9 holds to the content's; the projection would lead the path astray (see the README's deviations).
     """
     leg, manifold = take.leg, style.manifold
-    transformed = stylise(to_scale(take.features, leg, manifold.leg), style, projected=False, kernels=kernels)
-    moved = project_features(transformed, manifold, kernels=kernels) if projected else transformed.copy()
+    transformed = stylise(to_scale(take.features, leg, manifold.leg), style, projected=False, stylist=stylist, kernels=kernels)
+    moved = project_features(transformed, manifold, stylist=stylist, kernels=kernels) if projected else transformed.copy()
     moved[:, VELOCITIES] = transformed[:, VELOCITIES]
     features = to_scale(moved, manifold.leg, leg)
     positions = decode(features, take.start)

@@ -2,6 +2,7 @@
 
 import csv
 from dataclasses import dataclass, field
+import functools
 from pathlib import Path
 import re
 
@@ -125,22 +126,23 @@ def hold_out(labels, fraction=HELD_OUT):
     return {clip for group in groups.values() for clip in group[len(group) - int(len(group) * fraction):]}
 
 
-def prepare(folder, labels, *, fraction=HELD_OUT, overrides=None, report=lambda path: None):
+def prepare(folder, labels, *, fraction=HELD_OUT, overrides=None, report=lambda path: None, executor=None):
     """Read the labelled clips of a folder and make their features.
 
     labels : {path: (content, style)};  fraction : of each group kept out of training;  overrides : {slot: joint} for odd skeletons;
-    report : called with each path before it is read.   ->  Dataset
+    report : called with each path when it has been read;  executor : a `concurrent.futures.Executor` whose workers read them   ->  Dataset
     """
     if not labels:
         raise LabelError(f"{folder}: found no clip with labels, needed at least one; does the pattern fit the file names?")
     named = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(labels)}
 
-    def takes():
-        for name, path in named.items():
+    def parts():
+        read = (executor.map if executor else map)(functools.partial(_read_part, overrides=overrides), named.values())
+        for (name, path), part in zip(named.items(), read):
             report(path)
-            yield name, read_take(path, overrides)
+            yield name, part
 
-    return assemble(takes(), {name: labels[path] for name, path in named.items()}, Path(folder).resolve().name, fraction)
+    return _assemble(dict(parts()), {name: labels[path] for name, path in named.items()}, Path(folder).resolve().name, fraction)
 
 
 def assemble(takes, labels, source, fraction=HELD_OUT):
@@ -148,8 +150,20 @@ def assemble(takes, labels, source, fraction=HELD_OUT):
 
     takes : iterable of (name, Take), looked at one by one;  labels : {name: (content, style)};  source : a name for all of them
     """
+    return _assemble({name: _part(take) for name, take in takes}, labels, source, fraction)
+
+
+def _part(take):
+    """What a Dataset needs of a Take: features, contacts, leg, bones."""
+    return take.features, take.contacts, take.leg, bone_lengths(take.positions)
+
+
+def _read_part(path, overrides):
+    return _part(read_take(path, overrides))
+
+
+def _assemble(parts, labels, source, fraction):
     kept_out = hold_out(labels, fraction)
-    parts = {name: (take.features, take.contacts, take.leg, bone_lengths(take.positions)) for name, take in takes}
     leg = float(np.median([own_leg for _, _, own_leg, _ in parts.values()]))
     bones = np.median([bones * (leg / own_leg) for _, _, own_leg, bones in parts.values()], axis=0)
     clips = tuple(Labelled(name, *labels[name], name in kept_out, to_scale(features, own_leg, leg), contacts)

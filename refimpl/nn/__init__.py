@@ -4,7 +4,7 @@
 Nothing is modified or remembered. Batches are `(N, C, T)`: clips, channels, frames.
 
 - `conv`: conv1d and its adjoint conv_transpose1d.   `pool`: max- and average-pooling and their ways back.
-- `tiled`: the same convolutions, two to three times as fast, for wide filters.
+- `tiled`: the same convolutions, faster, for wide filters.   `plan`: how, and the object that keeps what can be kept from call to call.
 - `activation`: relu.   `gram`: the Gram matrix.   `norms`: sizes and errors.   `adam`: the optimiser.
 - `gradcheck`: is a gradient right?   `derivative`: how to measure one.   `contract`: what every backward must keep.
 - `conventions`: kinks, ties and forms, with who does otherwise, as data.   `plain`: the plainest convolution, to read first.
@@ -12,7 +12,7 @@ Nothing is modified or remembered. Batches are `(N, C, T)`: clips, channels, fra
 
 from . import conventions, plain, tiled
 from .activation import relu, relu_backward
-from .adam import adam_start, adam_step
+from .adam import adam_start, adam_step, adam_update
 from .contract import check_contract
 from .conv import conv1d, conv1d_backward, conv_transpose1d, conv_transpose1d_backward
 from .errors import GradientError

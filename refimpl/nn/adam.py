@@ -41,6 +41,33 @@ def adam_step(params, gradients, state, *, rate=1e-3, beta1=0.9, beta2=0.999, ep
     return {k: p - step[k] for k, p in params.items()}, {"t": t, "m": m, "v": v}
 
 
+def adam_update(params, gradients, state, *, rate=1e-3, beta1=0.9, beta2=0.999, epsilon=1e-8):
+    r"""`adam_step` in place: params and state become what `adam_step` would return, to the last bit. For long training: it allocates nothing
+    large, and goes through the arrays in pieces that stay in the processor's cache."""
+    _check(params, gradients, state, "kingma-ba", rate=rate, beta1=beta1, beta2=beta2, epsilon=epsilon)
+    rate, beta1, beta2, epsilon = map(float, (rate, beta1, beta2, epsilon))
+    state["t"] += 1
+    c1, c2 = 1 - beta1 ** state["t"], 1 - beta2 ** state["t"]
+    for name, p in params.items():
+        for p, g, m, v in _pieces(p, gradients[name], state["m"][name], state["v"][name]):
+            m *= beta1
+            m += (1 - beta1) * g
+            v *= beta2
+            v += (1 - beta2) * (g * g)
+            p -= rate * ((m / c1) / (np.sqrt(v / c2) + epsilon))
+
+
+def _pieces(p, *others, size=1 << 14):
+    """Flat views of pieces of arrays that lie in memory alike; where they do not, views along the first axis."""
+    if p.ndim and all(a.T.flags.c_contiguous for a in (p, *others)):
+        p, *others = (a.T.reshape(-1) for a in (p, *others))
+    elif p.ndim and all(a.flags.c_contiguous for a in (p, *others)):
+        p, *others = (a.reshape(-1) for a in (p, *others))
+    else:
+        return [(p[...], *(a[...] for a in others))]
+    return [[a[i:i + size] for a in (p, *others)] for i in range(0, p.size, size)]
+
+
 def _check(params, gradients, state, variant, **numbers):
     if variant not in VARIANTS:
         raise ValueError(f"variant: found {variant!r}, needed one of {', '.join(VARIANTS)}")

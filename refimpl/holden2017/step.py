@@ -1,0 +1,200 @@
+r"""The two training steps with everything shared that is shared: losses and gradients of one batch in one walk forwards and one backwards.
+
+`total.total_loss` with its backward, and `networks.autoencoder_loss` with its own, are the definitions; these give the same numbers (tested). They compute
+no layer twice, read a window's spectrum once for T's first layer and for the loss network, decode at half resolution, and keep every large
+array from step to step. Arrays are channel-last, (B, T, C). What comes back lasts until the next call.
+"""
+
+import numpy as np
+
+from ..nn.plan import Plan
+from . import losses
+from .half import half_filters, half_filters_backward, taps
+from .total import TERMS
+
+
+class StyleStep:
+    r"""Equation 10 and its gradient for batches of B windows of T frames.
+
+    loss_network : W0, b0, constants;  mean, deviation : (66,) of the normaliser;  weights : Weights for the data's unit
+    """
+
+    def __init__(self, B, T, params, loss_network, mean, deviation, weights):
+        _check_even(T)
+        self.W0, self.b0 = loss_network["W0"], loss_network["b0"]
+        dtype, (m, features, _) = self.W0.dtype, self.W0.shape
+        self.mean, self.deviation, self.weights = mean.astype(dtype), deviation.astype(dtype), weights
+        (c1, _, K), (c2, _, K2), (_, _, K3) = (params[name].shape for name in ("W1", "W2", "W3"))
+
+        def plan(C, O, width):
+            return Plan(B, T, C, O, width, dtype, left=(width - 1) // 2)
+
+        self.same_width = K == self.W0.shape[2]                  # then W1 and W0 are one bank of filters for I
+        self.layers = [plan(features, c1 + m if self.same_width else c1, K), plan(c1, c2, K2), plan(c2, features, K3)]
+        self.of_input = self.layers[0] if self.same_width else plan(features, m, self.W0.shape[2])
+        self.encoder = plan(features, m, self.W0.shape[2])
+        self.V0 = self.encoder.spectra(self.W0)
+        first = self.layers[0]
+        self.bank = np.empty((3, first.n // 2, features, first.shape[3]), dtype)
+        self.V_input = self.of_input.spectra(self.W0, out=self.bank[..., c1:] if self.same_width else None)
+        self.V1 = self.bank[..., :c1]
+        self.V2, self.V3 = (np.empty((3, p.n // 2) + p.shape[2:4], dtype) for p in self.layers[1:])
+        self.H, self.D = np.empty((B, T // 2, m), dtype), np.empty((B, T // 2, m), dtype)
+        self.R, self.dZ = np.empty((B, m, m), dtype), np.empty((B, T // 2, 2, m), dtype)
+        self.first, self.active = np.empty((B, T // 2, m), bool), np.empty((B, T // 2, m), bool)
+        self.masks = [np.empty((B, T, c), bool) for c in (c1, c2)]
+
+    def __call__(self, params, I, grams, contacts, trajectory, bones):
+        """I (B, 66, T) normalised;  grams : B style targets (m, m);  contacts (B, 4, T), trajectory (B, 3, T), bones (20,) as in `Target`
+        ->  {term: mean over the batch}, gradients with the keys of params"""
+        O, H_input = self._forward(params, I)
+        found, dO = self._perceptual(O, H_input, grams)
+        of_motion, dmotion = self._constraints(O, contacts, trajectory, bones)
+        dO += dmotion.swapaxes(1, 2)
+        return {name: {**found, **of_motion}[name] for name in TERMS}, self._backward(dO)
+
+    def _forward(self, params, I):
+        """T(I) (B, T, 66), and L(I) (B, T / 2, m) in D."""
+        one, two, three = self.layers
+        c1 = self.V1.shape[3]
+        for plan, name, V in ((one, "W1", self.V1), (two, "W2", self.V2), (three, "W3", self.V3)):
+            plan.spectra(params[name], out=V)
+        one.input[:] = I.swapaxes(1, 2)
+        Z = one.forward(self.bank)                               # (B, T, 128 + 256): T's first layer, and the loss network's of I
+        if self.same_width:
+            Z_input = Z[..., c1:]
+        else:
+            self.of_input.input[:] = one.input
+            Z_input = self.of_input.forward(self.V_input)
+        np.maximum(Z_input[:, 0::2], Z_input[:, 1::2], out=self.D)
+        self.D += self.b0
+        np.maximum(self.D, 0, out=self.D)
+        Z1 = Z[..., :c1]
+        Z1 += params["b1"]
+        np.maximum(Z1, 0, out=two.input)
+        Z2 = two.forward(self.V2)
+        Z2 += params["b2"]
+        np.maximum(Z2, 0, out=three.input)
+        O = three.forward(self.V3)
+        O += params["b3"]
+        return O, self.D
+
+    def _perceptual(self, O, H_input, grams):
+        """Equations 4 and 5 and their gradient with respect to O.   ->  {term: mean}, dO (B, T, 66)"""
+        B, w = len(O), self.weights
+        self.encoder.input[:] = O
+        Z = self.encoder.forward(self.V0)
+        Z += self.b0
+        pool_into(Z, self.H, self.first, self.active)
+        D = np.subtract(self.H, H_input, out=self.D)
+        R = np.matmul(self.H.swapaxes(1, 2), self.H, out=self.R)
+        for r, target in zip(R, grams):
+            r -= target
+        content, style = _norms(D), _norms(R)
+        R *= _factors(2 * w.style / B, style)                    # R is symmetric: (dG + dG^T) h = 2 dG h
+        D *= _factors(w.content / B, content)
+        dH = np.matmul(self.H, R, out=self.H)
+        dH += D
+        unpool_into(dH, self.first, self.active, self.dZ)
+        dO, _ = self.encoder.backward(self.dZ.reshape(Z.shape), self.V0, to_filters=False)
+        return {"content": w.content * content.mean(), "style": w.style * style.mean()}, dO
+
+    def _constraints(self, O, contacts, trajectory, bones):
+        """Equations 7 to 9.   ->  {term: mean}, gradient with respect to O as (B, 66, T)"""
+        w, each = self.weights, np.full(len(O), 1 / len(O), O.dtype)
+        motion = np.ascontiguousarray((O * self.deviation + self.mean).swapaxes(1, 2))
+        found = {"foot": w.foot * losses.foot_loss(motion, contacts).mean(),
+                 "bone": w.bone * losses.bone_loss(motion, bones).mean(),
+                 "trajectory": w.trajectory * losses.trajectory_loss(motion, trajectory, turn_weight=w.turn).mean()}
+        dmotion = losses.foot_loss_backward(w.foot * each, motion, contacts)
+        dmotion += losses.bone_loss_backward(w.bone * each, motion, bones)
+        dmotion += losses.trajectory_loss_backward(w.trajectory * each, motion, trajectory, turn_weight=w.turn)
+        dmotion *= self.deviation[:, None]
+        return found, dmotion
+
+    def _backward(self, dO):
+        one, two, three = self.layers
+        gradients = {}
+        dA, gradients["W3"] = three.backward(dO, self.V3)
+        gradients["b3"] = dO.sum(axis=(0, 1))
+        dA *= np.greater(three.input, 0, out=self.masks[1])
+        gradients["b2"] = dA.sum(axis=(0, 1))
+        dA, gradients["W2"] = two.backward(dA, self.V2)
+        dA *= np.greater(two.input, 0, out=self.masks[0])
+        gradients["b1"] = dA.sum(axis=(0, 1))
+        gradients["W1"] = one.backward(dA, None, to_input=False)[1]
+        return {name: gradients[name] for name in ("W1", "b1", "W2", "b2", "W3", "b3")}
+
+
+class AutoencoderStep:
+    """Equation 3 (`mean=True`) and its gradient for batches of B windows of T frames, T even."""
+
+    def __init__(self, B, T, params, *, alpha=0.01):
+        _check_even(T)
+        W0, self.alpha = params["W0"], alpha
+        dtype, (m, features, K) = W0.dtype, W0.shape
+        _, count, left = taps(K)
+        self.encoder = Plan(B, T, features, m, K, dtype, left=(K - 1) // 2)
+        self.decoder = Plan(B, T // 2, m, 2 * features, count, dtype, left=left)
+        self.V, self.V_half = (np.empty((3, p.n // 2) + p.shape[2:4], dtype) for p in (self.encoder, self.decoder))
+        self.H, self.dZ = np.empty((B, T // 2, m), dtype), np.empty((B, T // 2, 2, m), dtype)
+        self.first, self.active = np.empty((B, T // 2, m), bool), np.empty((B, T // 2, m), bool)
+
+    def __call__(self, params, X, noisy=None):
+        """X, noisy : (B, 66, T)  ->  loss, gradients with the keys of params"""
+        W0, b0 = params["W0"], params["b0"]
+        size = W0.size + b0.size
+        self.encoder.spectra(W0, out=self.V)
+        self.decoder.spectra(half_filters(W0), out=self.V_half)
+        self.encoder.input[:] = (X if noisy is None else noisy).swapaxes(1, 2)
+        Z = self.encoder.forward(self.V)
+        Z += b0
+        pool_into(Z, self.H, self.first, self.active)
+        E = np.multiply(self.H, Z.dtype.type(0.5), out=self.decoder.input)
+        E -= b0
+        error = self.decoder.forward(self.V_half)                # (B, T / 2, 2 x 66), in time order (B, T, 66)
+        error = error.reshape(len(X), -1, X.shape[1])
+        error -= X.swapaxes(1, 2)
+        loss = np.vdot(error, error) / error.size + self.alpha * (np.abs(W0).sum() + np.abs(b0).sum()) / size
+        error *= Z.dtype.type(2 / error.size)
+        dE, d_half = self.decoder.backward(error.reshape(len(X), -1, 2 * X.shape[1]), self.V_half)
+        db0 = -dE.sum(axis=(0, 1))
+        dE *= Z.dtype.type(0.5)
+        unpool_into(dE, self.first, self.active, self.dZ)
+        dZ = self.dZ.reshape(Z.shape)
+        dW0 = self.encoder.backward(dZ, None, to_input=False)[1]
+        dW0 += half_filters_backward(d_half, W0.shape[2])
+        dW0 += Z.dtype.type(self.alpha / size) * np.sign(W0)
+        db0 += dZ.sum(axis=(0, 1)) + Z.dtype.type(self.alpha / size) * np.sign(b0)
+        return loss, {"W0": dW0, "b0": db0}
+
+
+def pool_into(Z, H, first, active):
+    """H = relu(max-pool(Z)); where the first of a pair is the largest (the tie rule), and where H is above 0.   Z : (B, T, m)  ->  (B, T / 2, m)"""
+    even, odd = Z[:, 0::2], Z[:, 1::2]
+    np.greater_equal(even, odd, out=first)
+    np.maximum(even, odd, out=H)
+    np.maximum(H, 0, out=H)
+    np.greater(H, 0, out=active)
+
+
+def unpool_into(dH, first, active, dZ):
+    """The gradient goes to the first largest of each pair, where the unit is active. dH is used up.   (B, T / 2, m)  ->  dZ (B, T / 2, 2, m)"""
+    dH *= active
+    np.multiply(dH, first, out=dZ[:, :, 0])
+    np.subtract(dH, dZ[:, :, 0], out=dZ[:, :, 1])
+
+
+def _check_even(T):
+    if T % 2:
+        raise ValueError(f"T: found {T} frames, needed an even number for the pooling; cut or double the last frame")
+
+
+def _norms(r):
+    """Euclidean norm of each clip.   (B, ...)  ->  (B,)"""
+    return np.sqrt([np.vdot(one, one) for one in r]).astype(r.dtype)
+
+
+def _factors(weight, norms):
+    """weight / norm, and 0 for a norm of 0 (the kink rule).   (B,)  ->  (B, 1, 1)"""
+    return (weight / np.where(norms == 0, np.inf, norms)).astype(norms.dtype)[:, None, None]

@@ -1,0 +1,108 @@
+r"""P(T(X)) as fast as it goes: plans with kept spectra, channel-last from end to end, the decoder at half resolution, long clips in blocks.
+
+`networks.transform` and `networks.project` are the definition; `Stylist` gives the same numbers (tested).
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from ..nn.plan import Plan
+from .half import half_filters, taps
+
+BLOCK = 1920                                                     # frames computed at a time: what they need stays in the processor's cache
+
+
+class Stylist:
+    """The two networks, made ready for many clips.
+
+    params : of T, or None to project only;  loss_network : W0, b0;  threads : Python threads that share the work (the same bits for the same number);
+    block : frames computed at a time. The arrays of params are read once: a Stylist does not see later changes.
+    """
+
+    def __init__(self, params, loss_network, *, threads=1, block=BLOCK):
+        W0, b0 = loss_network["W0"], loss_network["b0"]
+        layers = [] if params is None else [(params[f"W{i}"], params[f"b{i}"]) for i in (1, 2, 3)]
+        self.filters = [W for W, _ in layers] + [W0, half_filters(W0)]
+        self.biases = [b for _, b in layers] + [b0, None]
+        self.dtype, self.features, self.block = W0.dtype, W0.shape[1], max(2, block - block % 2)
+        self.reach = sum(W.shape[2] // 2 + 1 for W in self.filters[:-1]) + W0.shape[2] // 2 + 2
+        self.reach += self.reach % 2                             # frames that a result looks to each side, even for the pooling
+        self.pool, self.threads = (ThreadPoolExecutor(threads), threads) if threads > 1 else (None, 1)
+        self._spectra, self._plans = {}, {}
+
+    def transform(self, X):
+        """T(X).   (N, 66, T)  ->  (N, 66, T)"""
+        return self._in_blocks(X, range(len(self.filters) - 2))
+
+    def project(self, X):
+        """P(X) = L+(L(X)).   (N, 66, T)  ->  (N, 66, T)"""
+        return self._in_blocks(X, range(len(self.filters) - 2, len(self.filters)))
+
+    def stylise(self, X):
+        """P(T(X)).   (N, 66, T)  ->  (N, 66, T)"""
+        return self._in_blocks(X, range(len(self.filters)))
+
+    def _in_blocks(self, X, layers):
+        """Each block is computed with `reach` frames more on both sides, which makes it exact.   ->  (N, 66, T), channel-last in memory"""
+        N, C, T = X.shape
+        result = np.empty((N, T, C), self.dtype)
+        for begin in range(0, T, self.block):
+            end = min(T, begin + self.block)
+            first, last = max(0, begin - self.reach), min(T, end + self.reach)
+            result[:, begin:end] = self._run(X[:, :, first:last], layers)[:, begin - first:end - first]
+        return result.swapaxes(1, 2)
+
+    def _run(self, X, layers):
+        """(N, 66, T)  ->  (N, T, 66), in a plan's memory"""
+        N, C, T = X.shape
+        encoder = len(self.filters) - 2
+        even = T + T % 2 if encoder in layers else T             # an odd last frame is doubled for the pooling
+        first = self._plan(layers[0], N, even if layers[0] == encoder else T).input
+        first[:, :T] = X.swapaxes(1, 2)
+        first[:, T:] = X[:, None, :, -1]
+        for layer in layers:
+            frames = even if layer == encoder else even // 2 if layer > encoder else T
+            plan = self._plan(layer, N, frames)
+            y = plan.forward(self._filter_spectra(layer, plan))
+            if layer > encoder:
+                return y.reshape(N, even, C)[:, :T]              # (N, T / 2, 2 x 66): even and odd frames side by side
+            if layer == encoder:
+                self._pool_into(self._plan(layer + 1, N, even // 2).input, y)
+                continue
+            y += self.biases[layer]
+            if layer + 1 not in layers:
+                return y
+            following = self._plan(layer + 1, N, even if layer + 1 == encoder else T).input
+            if layer + 1 < encoder:
+                np.maximum(y, 0, out=following)
+            else:
+                following[:, :T] = y
+                following[:, T:] = y[:, -1:]
+        raise AssertionError("the last layer returns")
+
+    def _pool_into(self, E, Z):
+        """E = relu(max-pool(Z + b0)) / 2 - b0, what the decoder at half resolution reads.   Z : (N, T, m), E : (N, T / 2, m)"""
+        b0 = self.biases[-2]
+        np.maximum(Z[:, 0::2], Z[:, 1::2], out=E)
+        E += b0
+        np.maximum(E, 0, out=E)
+        E *= self.dtype.type(0.5)
+        E -= b0
+
+    def _plan(self, layer, N, T):
+        """One plan for each layer and size; the sizes of the last two clips are kept."""
+        sizes = self._plans.setdefault(layer, {})
+        if (N, T) not in sizes:
+            O, C, K = self.filters[layer].shape
+            left = taps(self.filters[-2].shape[2])[2] if layer == len(self.filters) - 1 else (K - 1) // 2
+            while len(sizes) > 3:
+                sizes.pop(next(iter(sizes)))
+            sizes[N, T] = Plan(N, T, C, O, K, self.dtype, left=left, pool=self.pool, threads=self.threads)
+        return sizes[N, T]
+
+    def _filter_spectra(self, layer, plan):
+        """Computed once for each layer and tile."""
+        if (layer, plan.n) not in self._spectra:
+            self._spectra[layer, plan.n] = plan.spectra(self.filters[layer])
+        return self._spectra[layer, plan.n]
