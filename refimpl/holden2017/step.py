@@ -39,7 +39,7 @@ class StyleStep:
         self.V_input = self.of_input.spectra(self.W0, out=self.bank[..., c1:] if self.same_width else None)
         self.V1 = self.bank[..., :c1]
         self.V2, self.V3 = (np.empty((3, p.n // 2) + p.shape[2:4], dtype) for p in self.layers[1:])
-        self.H, self.D = np.empty((B, T // 2, m), dtype), np.empty((B, T // 2, m), dtype)
+        self.H, self.D, self.dH = (np.empty((B, T // 2, m), dtype) for _ in range(3))
         self.R, self.dZ = np.empty((B, m, m), dtype), np.empty((B, T // 2, 2, m), dtype)
         self.first, self.active = np.empty((B, T // 2, m), bool), np.empty((B, T // 2, m), bool)
         self.masks = [np.empty((B, T, c), bool) for c in (c1, c2)]
@@ -93,7 +93,7 @@ class StyleStep:
         content, style = _norms(D), _norms(R)
         R *= _factors(2 * w.style / B, style)                    # R is symmetric: (dG + dG^T) h = 2 dG h
         D *= _factors(w.content / B, content)
-        dH = np.matmul(self.H, R, out=self.H)
+        dH = np.matmul(self.H, R, out=self.dH)
         dH += D
         unpool_into(dH, self.first, self.active, self.dZ)
         dO, _ = self.encoder.backward(self.dZ.reshape(Z.shape), self.V0, to_filters=False)

@@ -10,7 +10,7 @@ VARIANTS = ("kingma-ba", "epsilon-hat", "no-bias-correction")
 def adam_start(params):
     """The state before the first step: t = 0, both moments zero.   params : {name: array}  ->  dict of t, m, v"""
     for name, p in params.items():
-        check_arrays(**{f"params[{name!r}]": p}, analytic=False)
+        check_arrays(**{f"params[{name!r}]": p}, real=True)
     return {"t": 0, "m": {k: np.zeros_like(p) for k, p in params.items()}, "v": {k: np.zeros_like(p) for k, p in params.items()}}
 
 
@@ -81,5 +81,5 @@ def _check(params, gradients, state, variant, **numbers):
         if set(other) != set(params):
             raise ValueError(f"{what}: found {sorted(other)}, needed the keys of params, {sorted(params)}")
         for name, p in params.items():
-            check_arrays(**{f"params[{name!r}]": p, f"{what}[{name!r}]": other[name]}, analytic=False)
+            check_arrays(**{f"params[{name!r}]": p, f"{what}[{name!r}]": other[name]}, real=True)
             check_shape(f"{what}[{name!r}]", other[name], p.shape, ", the shape of the parameter")

@@ -8,8 +8,8 @@ PRECISION = {np.dtype(t): np.dtype(p) for t, p in (
     (np.longdouble, np.longdouble), (np.clongdouble, np.longdouble))}
 
 
-def check_arrays(*, ndim=None, analytic=True, **arrays):
-    """All arrays of a call must be of one precision, and real where the operation is not analytic. None is passed over.
+def check_arrays(*, ndim=None, real=False, **arrays):
+    """All arrays of a call must be of one precision, and real numbers where `real` says so. None is passed over.
 
     ndim : {name: number of dimensions needed}.   Raises ValueError.
     """
@@ -21,7 +21,7 @@ def check_arrays(*, ndim=None, analytic=True, **arrays):
         if not isinstance(array, (np.ndarray, np.generic)) or dtype not in PRECISION:
             found = f"dtype {dtype}" if dtype is not None else type(array).__name__
             raise ValueError(f"{name}: found {found}, needed an array of float32, float64 or longdouble; try np.asarray({name}, dtype=float)")
-        if dtype.kind == "c" and not analytic:
+        if dtype.kind == "c" and real:
             raise ValueError(f"{name}: found dtype {dtype}, needed real numbers; this operation compares sizes and is not analytic")
         if ndim and name in ndim and array.ndim != ndim[name]:
             raise ValueError(f"{name}: found shape {array.shape}, needed {ndim[name]} dimensions")

@@ -51,38 +51,38 @@ def norm_backward(dy, r):
 
 def l1(a):
     r"""Sum of absolute values (the sparsity of Holden 2017, eq. 3).   any shape  ->  scalar"""
-    check_arrays(a=a, analytic=False)
+    check_arrays(a=a, real=True)
     return np.sum(np.abs(a))
 
 
 def l1_backward(dy, a):
     r"""da = sign(a) dy, 0 at a = 0 (the kink rule).   dy : scalar  ->  the shape of a"""
-    check_arrays(a=a, analytic=False)
+    check_arrays(a=a, real=True)
     return np.sign(a) * _number("dy", dy, a)
 
 
 def squared_error(x, y, *, reduction="mean"):
     r"""(x - y)^2 of each element, their mean or their sum.   reduction : "none", "mean" or "sum"   x, y : one shape"""
-    _check_pair(x, y, True)
+    _check_pair(x, y)
     return _reduce((x - y) ** 2, reduction)
 
 
 def squared_error_backward(dloss, x, y, *, reduction="mean"):
     """dx = 2 (x - y) dloss, divided by the number of elements for a mean; dy = -dx.   ->  dx, dy"""
-    _check_pair(x, y, True)
+    _check_pair(x, y)
     dx = 2 * (x - y) * _unreduce(dloss, x, reduction)
     return dx, -dx
 
 
 def absolute_error(x, y, *, reduction="mean"):
     r"""|x - y| of each element, their mean or their sum.   reduction : "none", "mean" or "sum"   x, y : one shape"""
-    _check_pair(x, y, False)
+    _check_pair(x, y, real=True)
     return _reduce(np.abs(x - y), reduction)
 
 
 def absolute_error_backward(dloss, x, y, *, reduction="mean"):
     """dx = sign(x - y) dloss, 0 at x = y (the kink rule), divided by the number of elements for a mean; dy = -dx.   ->  dx, dy"""
-    _check_pair(x, y, False)
+    _check_pair(x, y, real=True)
     dx = np.sign(x - y) * _unreduce(dloss, x, reduction)
     return dx, -dx
 
@@ -106,7 +106,7 @@ def _unreduce(dloss, x, reduction):
 def _number(name, value, like):
     """The upstream gradient of a scalar, in the precision of an array; a Python number will do."""
     check_shape(name, value, (), ", a number")
-    if np.asarray(value).dtype.kind not in "fciu":
+    if np.asarray(value).dtype.kind not in ("f", "c", "i", "u"):
         raise ValueError(f"{name}: found {value!r}, needed a number")
     return np.asarray(value).astype(like.real.dtype if np.asarray(value).dtype.kind != "c" else np.result_type(like, np.complex64))[()]
 
@@ -118,8 +118,8 @@ def _check_reduction(reduction, errors):
         raise ValueError(f"x: found shape {errors.shape}, needed at least one element for a mean; use reduction='sum'")
 
 
-def _check_pair(x, y, analytic):
-    check_arrays(x=x, y=y, analytic=analytic)
+def _check_pair(x, y, real=False):
+    check_arrays(x=x, y=y, real=real)
     check_shape("y", y, x.shape, ", the shape of x")
 
 

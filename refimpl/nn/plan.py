@@ -114,7 +114,8 @@ class Plan:
         for offset in range(0, self.n, self.L):                  # each frame lies in ceil(n / L) tiles: first pieces, second pieces ...
             width = min(self.L, self.n - offset)
             pieces = _overlapping(dpadded[:, skip + offset:], self.tiles, width, self.L, writeable=True)
-            pieces += tiles[:, :, offset:offset + width]
+            for one, tile in zip(pieces, tiles[:, :, offset:offset + width]):            # clip by clip: of four axes at once NumPy would make a copy
+                one += tile
         return dpadded[:, begin:begin + T]
 
     def _analyse(self, M, tiles, spectrum):

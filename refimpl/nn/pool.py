@@ -27,7 +27,7 @@ def max_pool1d_backward(dy, x, width=2, *, stride=None, padding=0, dilation=1, c
     dy : (N, C, T_out), x : (N, C, T)  ->  (N, C, T)
     """
     indices = max_pool1d_indices(x, width, stride=stride, padding=padding, dilation=dilation, ceil_mode=ceil_mode)
-    check_arrays(x=x, dy=dy, analytic=False)
+    check_arrays(x=x, dy=dy, real=True)
     check_shape("dy", dy, indices.shape, ", the shape of the output")
     return _put(dy, indices, x.shape[2])
 
@@ -37,7 +37,7 @@ def max_pool1d_indices(x, width=2, *, stride=None, padding=0, dilation=1, ceil_m
 
     x : (N, C, T)  ->  (N, C, T_out) of int64
     """
-    check_arrays(x=x, ndim={"x": 3}, analytic=False)
+    check_arrays(x=x, ndim={"x": 3}, real=True)
     positions = _windows(x.shape[2], width, stride, padding, dilation, ceil_mode)                # (T_out, width)
     if np.array_equal(positions.ravel(), np.arange(positions.size)) and positions.size <= x.shape[2]:
         side_by_side = x[:, :, :positions.size].reshape(x.shape[:2] + positions.shape)            # the plain case: windows cut x in pieces
@@ -56,9 +56,7 @@ def max_unpool1d(h, indices, length):
     h, indices : (N, C, T)  ->  (N, C, length)
     """
     _check_unpool(h, indices, length)
-    x = np.zeros(h.shape[:2] + (length,), h.dtype)
-    np.put_along_axis(x, indices, h, axis=2)
-    return x
+    return _place(h, indices, length)
 
 
 def max_unpool1d_backward(dx, h, indices, length):
@@ -66,10 +64,8 @@ def max_unpool1d_backward(dx, h, indices, length):
     _check_unpool(h, indices, length)
     check_arrays(h=h, dx=dx)
     check_shape("dx", dx, h.shape[:2] + (length,), ", the shape of the output")
-    writer = np.zeros(h.shape[:2] + (length,), np.int64)
     order = np.broadcast_to(np.arange(h.shape[2]), h.shape)
-    np.put_along_axis(writer, indices, order, axis=2)
-    stands = np.take_along_axis(writer, indices, axis=2) == order
+    stands = np.take_along_axis(_place(order, indices, length), indices, axis=2) == order
     return np.where(stands, np.take_along_axis(dx, indices, axis=2), dx.dtype.type(0))
 
 
@@ -148,14 +144,19 @@ def _take(x, indices):
     return np.where(indices < 0, x.dtype.type(-np.inf), np.take_along_axis(x, np.maximum(indices, 0), axis=2))
 
 
+def _place(values, indices, length):
+    """Values (N, C, T) at their places, zeros elsewhere; the last one stands.   ->  (N, C, length)"""
+    placed = np.zeros(values.shape[:2] + (length,), values.dtype)
+    np.put_along_axis(placed, indices, values, axis=2)
+    return placed
+
+
 def _put(dy, indices, length):
     """The adjoint of `_take`: add each value up at its place."""
     N, C, T_out = dy.shape
     dy, indices = np.where(indices < 0, dy.dtype.type(0), dy), np.maximum(indices, 0)
     if T_out < 2 or (np.diff(indices, axis=2) > 0).all():        # no place twice: nothing to add up
-        dx = np.zeros((N, C, length), dy.dtype)
-        np.put_along_axis(dx, indices, dy, axis=2)
-        return dx
+        return _place(dy, indices, length)
     dx = np.zeros((N * C, length), dy.dtype)
     np.add.at(dx, (np.arange(N * C)[:, None], indices.reshape(N * C, T_out)), dy.reshape(N * C, T_out))
     return dx.reshape(N, C, length)
@@ -174,5 +175,5 @@ def _check_unpool(h, indices, length):
     check_arrays(h=h, ndim={"h": 3})
     check_whole("length", length, 1)
     check_shape("indices", indices, h.shape, ", the shape of h")
-    if np.asarray(indices).dtype.kind not in "iu" or (np.size(indices) and not 0 <= np.min(indices) <= np.max(indices) < length):
+    if np.asarray(indices).dtype.kind not in ("i", "u") or (np.size(indices) and not 0 <= np.min(indices) <= np.max(indices) < length):
         raise ValueError(f"indices: found {np.asarray(indices).dtype} from {np.min(indices, initial=0)} to {np.max(indices, initial=0)}, needed whole numbers from 0 to {length - 1}, as max_pool1d_indices gives them")

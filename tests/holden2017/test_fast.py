@@ -1,0 +1,255 @@
+"""The fast forms are the definitions: half-resolution decoder, stylist, shared training steps, parts of a batch by any executor."""
+
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+import tracemalloc
+
+from hypothesis import given, strategies as st
+import numpy as np
+import pytest
+
+from refimpl import nn
+from refimpl.holden2017 import networks, total, train
+from refimpl.holden2017.half import half_filters, half_filters_backward
+from refimpl.holden2017.lesson import Lesson
+from refimpl.holden2017.model import Manifold
+from refimpl.holden2017.parts import StyleWork, in_parts, style_part, summed
+from refimpl.holden2017.step import AutoencoderStep, StyleStep
+from refimpl.holden2017.stylist import Stylist
+from refimpl.holden2017.total import Target, Weights
+from refimpl.motion.joints import BONES
+from refimpl.motion.prepare import Normaliser
+
+
+def made(seed, *, hidden=10, channels=6, width=9, T_width=None, dtype=float):
+    """Both networks, with biases that are not 0."""
+    rng = np.random.default_rng(seed)
+    T = networks.init_transformation_network(rng, channels=channels, width=T_width or width, dtype=dtype)
+    L = networks.init_loss_network(rng, hidden=hidden, width=width, dtype=dtype)
+    for params in (T, L):
+        for name in params:
+            if name[0] == "b":
+                params[name] = rng.normal(size=params[name].shape).astype(dtype) * dtype(0.1)
+    return rng, T, L
+
+
+def close(found, needed, precision=1e-12):
+    assert found.shape == needed.shape and found.dtype == needed.dtype
+    assert np.abs(found - needed).max(initial=0) <= precision * (np.abs(needed).max(initial=0) or 1.0)
+
+
+@given(st.integers(0, 10 ** 6), st.integers(1, 26), st.integers(1, 20), st.integers(1, 3))
+def test_the_decoder_at_half_resolution_is_the_decoder(seed, width, frames, clips):
+    rng, _, L = made(seed, width=width)
+    H = rng.normal(size=(clips, 10, frames))
+    stylist = Stylist(None, L)
+    plan = stylist._plan(1, clips, frames)
+    plan.input[:] = (H / 2 - L["b0"][:, None]).swapaxes(1, 2)
+    X = plan.forward(stylist._filter_spectra(1, plan)).reshape(clips, 2 * frames, 66).swapaxes(1, 2)
+    close(X, networks.decode(H, L, kernels=nn))
+
+
+@given(st.integers(0, 10 ** 6), st.integers(1, 30))
+def test_half_filters_and_their_adjoint(seed, width):
+    rng = np.random.default_rng(seed)
+    W0 = rng.normal(size=(4, 3, width))
+    V = half_filters(W0)
+    dV = rng.normal(size=V.shape)
+    np.testing.assert_allclose(np.vdot(dV, V), np.vdot(half_filters_backward(dV, width), W0), rtol=1e-12)
+
+
+@given(st.integers(0, 10 ** 6), st.integers(1, 3), st.integers(1, 150), st.integers(3, 12), st.sampled_from([2, 7, 40, 1920]), st.sampled_from([1, 2]))
+def test_a_stylist_is_the_networks(seed, clips, frames, width, block, threads):
+    rng, T, L = made(seed, width=width)
+    X = rng.normal(size=(clips, 66, frames))
+    stylist = Stylist(T, L, block=block, threads=threads)
+    O = networks.transform(X, T, kernels=nn)
+    for _ in range(2):                                           # the second time from kept arrays
+        close(stylist.transform(X), O)
+        close(stylist.stylise(X), networks.project(O, L, kernels=nn))
+        close(stylist.project(X), networks.project(X, L, kernels=nn))
+        close(Stylist(None, L, block=block).project(X), networks.project(X, L, kernels=nn))
+
+
+def test_a_stylist_in_float32_at_the_papers_sizes():
+    rng, T, L = made(5, hidden=256, channels=128, width=25, dtype=np.float32)
+    X = rng.normal(size=(1, 66, 240)).astype(np.float32)
+    wide = [{name: p.astype(float) for name, p in params.items()} for params in (T, L)]
+    exact = networks.project(networks.transform(X.astype(float), wide[0], kernels=nn), wide[1], kernels=nn)
+    found = Stylist(T, L).stylise(X)
+    assert found.dtype == np.float32 and np.linalg.norm(found - exact) <= 2e-6 * np.linalg.norm(exact)
+
+
+def problem(seed, B=3, T=40, **sizes):
+    """Arguments of the definition and of the step."""
+    rng, params, L = made(seed, **sizes)
+    m = len(L["b0"])
+    I = rng.normal(size=(B, 66, T))
+    grams = [g @ g.T for g in rng.normal(size=(B, m, m))]
+    contacts, trajectory, bones = (rng.random((B, 4, T)) < 0.5).astype(float), rng.normal(size=(B, 3, T)), rng.uniform(1, 4, len(BONES))
+    mean, deviation = rng.normal(size=66), rng.uniform(0.5, 3, 66)
+    weights = Weights(content=1.3, style=0.4, foot=0.02, bone=0.03, trajectory=0.05, turn=7.0)
+    target = Target(networks.encode(I, L, kernels=nn), np.stack(grams), contacts, bones, trajectory)
+    return params, I, target, L, mean, deviation, weights
+
+
+@pytest.mark.parametrize("seed,T_width", [(1, None), (2, None), (3, 5)])
+def test_the_shared_style_step_is_equation_10(seed, T_width):
+    params, I, target, L, mean, deviation, weights = problem(seed, T_width=T_width)
+    _, terms = total.total_loss(params, I, target, L, mean, deviation, weights, kernels=nn)
+    gradients = total.total_loss_backward(1.0, params, I, target, L, mean, deviation, weights, kernels=nn)
+    step = StyleStep(3, 40, params, L, mean, deviation, weights)
+    for _ in range(2):
+        found, walked = step(params, I, target.gram, target.contacts, target.trajectory, target.bones)
+        assert list(found) == list(terms)
+        for name in terms:
+            np.testing.assert_allclose(found[name], terms[name], rtol=1e-12)
+        assert set(walked) == set(gradients)
+        for name in gradients:
+            close(walked[name], gradients[name])
+
+
+def test_the_shared_style_step_where_norms_are_zero():
+    params, I, target, L, mean, deviation, weights = problem(4)
+    dead = {"W0": L["W0"], "b0": np.full_like(L["b0"], -1e9)}                            # no unit is ever active
+    target = Target(np.zeros_like(target.hidden), np.zeros_like(target.gram), target.contacts, target.bones, target.trajectory)
+    gradients = total.total_loss_backward(1.0, params, I, target, dead, mean, deviation, weights, kernels=nn)
+    found, walked = StyleStep(3, 40, params, dead, mean, deviation, weights)(params, I, target.gram, target.contacts, target.trajectory, target.bones)
+    assert found["content"] == found["style"] == 0
+    for name in gradients:
+        close(walked[name], gradients[name])
+
+
+@pytest.mark.parametrize("noise", [False, True])
+def test_the_shared_autoencoder_step_is_equation_3(noise):
+    rng, _, L = made(6)
+    X = rng.normal(size=(4, 66, 30))
+    noisy = rng.normal(size=X.shape) if noise else None
+    step = AutoencoderStep(4, 30, L)
+    for _ in range(2):
+        loss, gradients = step(L, X, noisy)
+        np.testing.assert_allclose(loss, networks.autoencoder_loss(X, L, noisy=noisy, kernels=nn), rtol=1e-12)
+        needed = networks.autoencoder_loss_backward(1.0, X, L, noisy=noisy, kernels=nn)[1]
+        for name in needed:
+            close(gradients[name], needed[name])
+
+
+def test_ties_of_the_pooling_go_to_the_first_in_the_steps_too():
+    rng, params, L = made(7)
+    X = np.repeat(rng.normal(size=(2, 66, 1)), 30, axis=2)       # constant in time: every inner pair ties
+    needed = networks.autoencoder_loss_backward(1.0, X, L, kernels=nn)[1]
+    quiet = {"W0": np.zeros_like(L["W0"]), "b0": np.abs(L["b0"])}                        # all pairs tie exactly, and are active
+    needed = networks.autoencoder_loss_backward(1.0, X, quiet, kernels=nn)[1]
+    _, gradients = AutoencoderStep(2, 30, quiet)(quiet, X)
+    for name in needed:
+        close(gradients[name], needed[name])
+
+
+def test_an_odd_number_of_frames_is_refused():
+    params, _, _, L, mean, deviation, weights = problem(8)
+    with pytest.raises(ValueError, match="found 41 frames, needed an even number"):
+        StyleStep(3, 41, params, L, mean, deviation, weights)
+    with pytest.raises(ValueError, match="found 41 frames, needed an even number"):
+        AutoencoderStep(3, 41, L)
+
+
+def lesson_and_manifold(dtype=float, N=7, T=40):
+    rng, _, L = made(9, dtype=dtype)
+    X = rng.normal(size=(N, 66, T)).astype(dtype)
+    grams = {name: (g @ g.T).astype(dtype) for name, g in zip("ab", rng.normal(size=(2, 10, 10)))}
+    lesson = Lesson(X, (rng.random((N, 4, T)) < 0.5).astype(dtype), rng.normal(size=(N, 3, T)).astype(dtype), grams, tuple("abababa"[:N]),
+                    rng.uniform(1, 4, len(BONES)))
+    return lesson, Manifold(L, Normaliser(rng.normal(size=66), rng.uniform(0.5, 2, 66), "random numbers"), 80.0, lesson.bones)
+
+
+def trained(epochs, **how):
+    return list(epochs(epochs=2, batch=5, seed=3, **how))
+
+
+def both(lesson, manifold):
+    """The two training loops."""
+    return (lambda **how: train.train_style(lesson, manifold, channels=6, width=9, **how),
+            lambda **how: train.train_autoencoder(lesson.X, hidden=10, width=9, **how))
+
+
+@pytest.mark.parametrize("make", [lambda: ThreadPoolExecutor(2), lambda: ProcessPoolExecutor(2)], ids=["threads", "processes"])
+def test_any_executor_gives_the_bits_of_one_process(make):
+    with make() as executor:
+        for epochs in both(*lesson_and_manifold()):
+            alone, side_by_side = trained(epochs, parts=2), trained(epochs, parts=2, executor=executor)
+            for (record, state), (same, bits) in zip(side_by_side, alone):
+                assert record.losses == same.losses
+                for name in state.params:
+                    np.testing.assert_array_equal(state.params[name], bits.params[name])
+
+
+def test_the_gradient_of_a_batch_is_that_of_its_parts():
+    lesson, manifold = lesson_and_manifold()
+    _, params, _ = made(11)
+
+    def gradients(parts):
+        def work(part, i):
+            grams = tuple(lesson.grams[lesson.contents[k]] for k in i)
+            return StyleWork("run", part, params, manifold.params, (manifold.normaliser.mean, manifold.normaliser.deviation), Weights(), lesson.bones,
+                             lesson.X[i], grams, lesson.contacts[i], lesson.trajectory[i])
+        return summed([style_part(work(part, i)) for part, i in enumerate(in_parts(np.arange(7), parts))])
+
+    losses, whole = gradients(1)
+    losses, whole = dict(losses), {name: g.copy() for name, g in whole.items()}
+    for parts in (2, 3, 9):
+        found, pieces = gradients(parts)
+        for name in losses:
+            np.testing.assert_allclose(found[name], losses[name], rtol=1e-12)
+        for name in whole:
+            close(pieces[name], whole[name])
+
+
+def test_training_in_parts_ends_near_training_whole():
+    for epochs in both(*lesson_and_manifold()):
+        (_, whole), (_, parts) = trained(epochs)[-1], trained(epochs, parts=2)[-1]
+        for name in whole.params:
+            close(parts.params[name], whole.params[name], 1e-5)  # Adam divides by small gradients: rounding grows
+
+
+def test_a_dask_cluster_gives_what_one_process_gives():
+    distributed = pytest.importorskip("distributed", reason="optional: pip install distributed")
+    lesson, manifold = lesson_and_manifold()
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, distributed.Client(cluster) as client:
+        executor = client.get_executor()
+        found = trained(lambda **how: train.train_style(lesson, manifold, channels=6, width=9, **how), parts=2, executor=executor)
+    needed = trained(lambda **how: train.train_style(lesson, manifold, channels=6, width=9, **how), parts=2)
+    for name in needed[-1][1].params:
+        np.testing.assert_array_equal(found[-1][1].params[name], needed[-1][1].params[name])
+
+
+def test_the_definition_trains_to_the_same_weights():
+    lesson, manifold = lesson_and_manifold()
+    fast = trained(lambda **how: train.train_style(lesson, manifold, channels=6, width=9, **how))
+    slow = trained(lambda **how: train.train_style(lesson, manifold, channels=6, width=9, kernels=nn, **how))
+    for name in slow[-1][1].params:
+        close(fast[-1][1].params[name], slow[-1][1].params[name], 1e-5)
+
+
+def test_a_state_that_was_handed_out_stays_as_it_is():
+    lesson, manifold = lesson_and_manifold()
+    states = [state for _, state in trained(lambda **how: train.train_style(lesson, manifold, channels=6, width=9, **how))]
+    assert states[0].adam["t"] == 2 and not np.array_equal(states[0].params["W1"], states[1].params["W1"])
+
+
+def test_training_allocates_nothing_large_after_its_first_step():
+    params, I, target, L, mean, deviation, weights = problem(10, B=4, T=240, hidden=256, channels=128, width=25)
+    params = {name: np.asfortranarray(p) for name, p in params.items()}
+    step = StyleStep(4, 240, params, L, mean, deviation, weights)
+    state = nn.adam_start(params)
+
+    def perceptual():
+        O, hidden = step._forward(params, I)
+        _, dO = step._perceptual(O, hidden, target.gram)         # the constraints' arrays are of the size of the motion itself
+        return step._backward(dO)
+
+    gradients = {name: g.copy(order="F") for name, g in perceptual().items()}
+    for work, bound in ((perceptual, 0.5 * I.nbytes), (lambda: nn.adam_update(params, gradients, state), 8 * 16384 * 8)):
+        tracemalloc.start()
+        work()
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert peak < bound                                      # no signal of a layer, no filters (3.3 MB), no Gram matrix
