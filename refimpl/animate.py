@@ -59,6 +59,23 @@ def player(motions, fps, frames=90, *, title="", unit="cm", view=VIEW):
     return _offline(text, 1000.0 * step / fps), len(times)
 
 
+class Shown(str):
+    """A piece of HTML that a notebook shows when it is the last line of a cell."""
+
+    def _repr_html_(self):
+        return str(self)
+
+    def __repr__(self):
+        return f"<{len(self)} characters of HTML>"
+
+
+def show(motions, fps=60.0, frames=90, *, caption="", title="", unit="cm", view=VIEW):
+    """`player` for a notebook, with a caption below, such as whose motion it is.   ->  Shown"""
+    fragment, _ = player(motions, fps, frames, title=title, unit=unit, view=view)
+    note = f'<div style="font-size: 85%; color: #555555">{html.escape(caption)}</div>' if caption else ""
+    return Shown(f'<div style="max-width: 100%">{fragment}{note}</div>')
+
+
 def _stage(motions, fps, title, unit, view):
     """A figure with one panel a motion.   ->  Figure, draw(t) that shows frame t in all of them"""
     leg = max(leg_length(positions[0]) for positions in motions.values())

@@ -4,6 +4,8 @@ Motions are world positions (T, 21, 3) in the order of joints.SLOTS, y up, in an
 window and to no global state: they are `matplotlib.figure.Figure` with the Agg canvas, the same in a script, a test and a notebook.
 """
 
+import io
+
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -211,9 +213,18 @@ def save(figure, path):
         figure.savefig(file, format="png", dpi=DPI, metadata={"Software": None})
 
 
+class Picture(Figure):
+    """A figure that a notebook shows when it is the last line of a cell, whatever backend is in use there."""
+
+    def _repr_png_(self):
+        file = io.BytesIO()
+        self.savefig(file, format="png", metadata={"Software": None})
+        return file.getvalue()
+
+
 def _figure(width, height):
     """An empty figure of so many inches, with no tie to a window."""
-    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+    figure = Picture(figsize=(width, height), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 

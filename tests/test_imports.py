@@ -21,7 +21,9 @@ MAY_IMPORT = {
     "exercise": {"nn"},
     "plot": {"storage", "motion"},
     "animate": {"storage", "motion", "plot"},
-    "commands": {"storage", "motion", "nn", "holden2017", "torresani2006", "conformance", "plot", "animate"},
+    "bench": {"motion", "nn", "holden2017"},
+    "bench_torch": set(),
+    "commands": {"bench", "bench_torch", "storage", "motion", "nn", "holden2017", "torresani2006", "conformance", "plot", "animate"},
     "blas": set(),
     "cli": {"commands", "blas"},
     "__main__": {"cli"},
@@ -55,6 +57,8 @@ def test_imports_point_downwards(path):
     inside, outside = imported_rooms(path)
     assert inside - {room, "__version__"} <= MAY_IMPORT[room]
     allowed = set(sys.stdlib_module_names) | {"numpy", "scipy"} | ({"matplotlib"} if room in ("plot", "animate") else set())
+    if room == "bench_torch":                                    # imported by `refimpl bench` alone, where PyTorch is installed
+        allowed |= {"torch"}
     if path.name == "strategies.py":                             # imported by name only, by who writes property tests
         allowed |= {"hypothesis"}
     assert outside <= allowed

@@ -159,3 +159,10 @@ def test_refuses_bad_steps(motions):
 def test_pictures_do_not_touch_pyplot():
     code = "import sys, refimpl.plot, refimpl.animate; assert 'matplotlib.pyplot' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_notebook_shows_figures_and_players(motions):
+    picture = plot.strip({"a": motions["result"]}, every=30)
+    assert picture._repr_png_().startswith(PNG) and picture._repr_png_() == picture._repr_png_()
+    shown = animate.show({"a": motions["result"]}, 60.0, frames=6, caption="whose <motion>")
+    assert shown._repr_html_() == str(shown) and "new Animation(" in shown and "whose &lt;motion&gt;" in shown and len(repr(shown)) < 80

@@ -175,9 +175,9 @@ def transforms(K, n, dtype):
 
 def best_tile(B, T, C, O, K):
     """The tile with the least work: 3h products of (B tiles, C) with (C, O), whose rows BLAS takes by fours and whose (C, O) part costs about as much to
-    fetch as twelve rows to multiply (measured; the optimum is flat), and the two transforms of each tile.   ->  n, a multiple of 4"""
+    fetch as sixteen rows to multiply (measured; the optimum is flat), and the two transforms of each tile.   ->  n, a multiple of 4"""
     def cost(n):
         L, rows = n - K + 1, B * -(-T // (n - K + 1))
-        return 1.5 * n * (4 * -(-rows // 4) + 12) * C * O + rows * n * (n * C + L * O)
+        return 1.5 * n * (4 * -(-rows // 4) + 16) * C * O + rows * n * (n * C + L * O)
     smallest = 4 * -(-(K + 7) // 4)
     return min(range(smallest, smallest + 8 * K, 4), key=cost)

@@ -1,0 +1,155 @@
+r"""How fast, compared with what: this package's forms of the same work, and PyTorch's where it is installed, in one run.
+
+Everything is measured interleaved, one thread each, as medians; what counts are ratios. The peer is the one place where this package looks for another
+framework, and only when `refimpl bench` runs. It is also compared for truth: each result against the direct convolution in float64.
+"""
+
+import time
+import tracemalloc
+
+import numpy as np
+
+from . import nn
+from .holden2017 import networks
+from .holden2017.step import AutoencoderStep, StyleStep
+from .holden2017.stylist import Stylist
+from .holden2017.total import Weights
+from .motion.joints import BONES
+from .nn import tiled
+
+FRAMES, BATCHES = (240, 480, 960), (10, 32)
+ONLY_PERCEPTUAL = Weights(foot=0.0, bone=0.0, trajectory=0.0)
+
+
+class Problem:
+    """Networks of the paper's sizes with random weights, and random motion, in one precision."""
+
+    def __init__(self, dtype, seed=0):
+        rng = np.random.default_rng(seed)
+        self.dtype = np.dtype(dtype)
+        self.T = networks.init_transformation_network(rng, dtype=dtype)
+        self.L = networks.init_loss_network(rng, dtype=dtype)
+        for params in (self.T, self.L):
+            for name in params:
+                if name[0] == "b":
+                    params[name] = (0.05 * rng.normal(size=params[name].shape)).astype(dtype)
+                params[name] = np.asfortranarray(params[name])
+        self.rng = rng
+
+    def motion(self, batch, frames):
+        return self.rng.normal(size=(batch, 66, frames)).astype(self.dtype)
+
+    def grams(self, batch):
+        h = self.rng.normal(size=(batch, networks.HIDDEN, 20)).astype(self.dtype)
+        return h @ h.swapaxes(1, 2)
+
+
+def interleaved(rivals, seconds=1.5, least=5):
+    """Median seconds of each of several functions, called in turn so that all meet the same machine.   {name: f}  ->  {name: seconds}"""
+    for work in rivals.values():
+        work()
+        work()
+    times = {name: [] for name in rivals}
+    began = time.perf_counter()
+    while time.perf_counter() - began < seconds * len(rivals) or len(next(iter(times.values()))) < least:
+        for name, work in rivals.items():
+            start = time.perf_counter()
+            work()
+            times[name].append(time.perf_counter() - start)
+    return {name: float(np.median(t)) for name, t in times.items()}
+
+
+def _row(work, dtype, rivals, seconds, error=None):
+    """One line of the table: medians, the best peer, ratio of ours to it."""
+    times = interleaved(rivals, seconds)
+    peers = {name: t for name, t in times.items() if name.startswith("torch")}
+    best = min(peers, key=peers.get) if peers else None
+    return {"work": work, "dtype": np.dtype(dtype).name, "seconds": times, "best peer": best,
+            "ratio": times["tiled"] / peers[best] if peers else None, "relative error": error}
+
+
+def relative_error(found, exact):
+    """|| found - exact || / || exact ||"""
+    return float(np.linalg.norm(found.astype(float) - exact) / np.linalg.norm(exact))
+
+
+def inference(problem, peer, seconds, frames=FRAMES):
+    """Stylise and project, batch 1."""
+    stylist, rows = Stylist(problem.T, problem.L), []
+    wide = [{name: p.astype(float) for name, p in params.items()} for params in (problem.T, problem.L)]
+    for count in frames:
+        X = problem.motion(1, count)
+        exact = networks.project(networks.transform(X.astype(float), wide[0], kernels=nn), wide[1], kernels=nn)
+        rivals = {"tiled": lambda: stylist.stylise(X),
+                  "direct": lambda: networks.project(networks.transform(X, problem.T, kernels=nn), problem.L, kernels=nn),
+                  **(peer.inference(problem, X) if peer else {})}
+        rows.append(_row(f"stylise + project, {count} frames", problem.dtype, rivals, seconds, relative_error(stylist.stylise(X), exact)))
+    return rows
+
+
+def style_steps(problem, peer, seconds, batches=BATCHES):
+    """A training step of T with content and style loss: L(I), T(I), L(T(I)), both losses, and the gradients of T's parameters."""
+    rows = []
+    for batch in batches:
+        I, grams = problem.motion(batch, 240), problem.grams(batch)
+        step = StyleStep(batch, 240, problem.T, problem.L, np.zeros(66), np.ones(66), ONLY_PERCEPTUAL)
+
+        def ours():
+            O, hidden = step._forward(problem.T, I)
+            found, dO = step._perceptual(O, hidden, grams)
+            return found, step._backward(dO)
+        rivals = {"tiled": ours, **(peer.style_step(problem, I, grams, ONLY_PERCEPTUAL) if peer else {})}
+        rows.append(_row(f"training step of T, batch {batch}", problem.dtype, rivals, seconds))
+    return rows
+
+
+def autoencoder_steps(problem, peer, seconds, batch=10):
+    """A training step of the loss network."""
+    X = problem.motion(batch, 240)
+    step = AutoencoderStep(batch, 240, problem.L)
+    rivals = {"tiled": lambda: step(problem.L, X), **(peer.autoencoder_step(problem, X, 0.01) if peer else {})}
+    return [_row(f"training step of the loss network, batch {batch}", problem.dtype, rivals, seconds)]
+
+
+def all_five(problem, seconds, batch=10):
+    """A training step of T with all five losses, without a peer."""
+    I, grams, rng = problem.motion(batch, 240), problem.grams(batch), problem.rng
+    step = StyleStep(batch, 240, problem.T, problem.L, np.zeros(66), np.ones(66), Weights())
+    rest = ((rng.random((batch, 4, 240)) < 0.5).astype(problem.dtype), rng.normal(size=(batch, 3, 240)).astype(problem.dtype), np.ones(len(BONES)))
+    return [_row(f"training step of T, all five losses, batch {batch}", problem.dtype, {"tiled": lambda: step(problem.T, I, grams, *rest)}, seconds)]
+
+
+def convolutions(problem, seconds):
+    """One layer, 128 to 128 channels, batch 10: the direct convolution, which is the definition, and the tiles, without kept spectra."""
+    x, w, b = problem.motion(10, 240)[:, :1].repeat(128, axis=1), problem.T["W2"], problem.T["b2"]
+    dy = problem.motion(10, 240)[:, :1].repeat(128, axis=1)
+    return [_row("conv1d 128 to 128, batch 10, forward", problem.dtype, {"tiled": lambda: tiled.conv1d(x, w, b), "direct": lambda: nn.conv1d(x, w, b)}, seconds),
+            _row("the same, backward", problem.dtype, {"tiled": lambda: tiled.conv1d_backward(dy, x, w, b), "direct": lambda: nn.conv1d_backward(dy, x, w, b)}, seconds)]
+
+
+def scaling(problem, frames=(240, 960, 3840, 15360), threads=(1, 2)):
+    """Seconds for stylise + project by frames and threads, and the memory it takes beyond motion in and out.   ->  list of dicts"""
+    rows = []
+    for count in frames:
+        X = problem.motion(1, count)
+        stylists = {n: Stylist(problem.T, problem.L, threads=n) for n in threads}
+        times = interleaved({str(n): lambda s=s: s.stylise(X) for n, s in stylists.items()}, 0.5, 3)
+        tracemalloc.start()
+        Stylist(problem.T, problem.L).stylise(X)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        rows.append({"frames": count, "seconds by threads": times, "peak bytes": peak})
+    return rows
+
+
+def gemm_rate(dtype, seconds=0.5, size=1024):
+    """Multiplications and additions a second of one large matrix product, the machine's limit.   ->  float"""
+    a = np.random.default_rng(0).normal(size=(size, size)).astype(dtype)
+    out = np.empty_like(a)
+    return 2 * size ** 3 / interleaved({"gemm": lambda: np.matmul(a, a, out=out)}, seconds)["gemm"]
+
+
+def direct_operations(frames):
+    """Multiplications and additions of stylise + project by the direct convolution, all layers.   ->  int"""
+    pairs = 66 * 128 + 128 * 128 + 128 * 66 + 2 * 66 * 256
+    return 2 * frames * 25 * pairs

@@ -1,0 +1,109 @@
+"""The peer of `refimpl bench`: the same networks in PyTorch, each in every form that might be its fastest. Imported by that command alone, if PyTorch is there."""
+
+import torch
+import torch.nn.functional as F
+
+torch.set_num_threads(1)
+
+
+def _tensors(params):
+    return {name: torch.tensor(p.copy()) for name, p in params.items()}
+
+
+def _transform(X, p):
+    A = F.relu(F.conv1d(X, p["W1"], p["b1"], padding="same"))
+    A = F.relu(F.conv1d(A, p["W2"], p["b2"], padding="same"))
+    return F.conv1d(A, p["W3"], p["b3"], padding="same")
+
+
+def _encode(X, p):
+    return F.relu(F.max_pool1d(F.conv1d(X, p["W0"], p["b0"], padding="same"), 2))
+
+
+def _decode(H, p):
+    return F.conv_transpose1d(H.repeat_interleave(2, 2) / 2 - p["b0"][:, None], p["W0"], padding=12)
+
+
+def _channels_last(X, p):
+    """P(T(X)) as 2-d convolutions over one row, in the channels-last memory format."""
+    def conv(x, w, b):
+        return F.conv2d(x, p[w], p[b], padding=(0, 12))
+    A = F.relu(conv(F.relu(conv(X, "W1", "b1")), "W2", "b2"))
+    H = F.relu(F.max_pool2d(conv(conv(A, "W3", "b3"), "W0", "b0"), (1, 2)))
+    return F.conv_transpose2d(H.repeat_interleave(2, 3) / 2 - p["b0"][:, None, None], p["W0"], padding=(0, 12))
+
+
+def inference(problem, X):
+    """{name: f} of P(T(X))."""
+    p, x = _tensors({**problem.T, **problem.L}), torch.tensor(X)
+    wide = {name: t[:, :, None].contiguous(memory_format=torch.channels_last) if t.ndim == 3 else t for name, t in p.items()}
+    x_wide = x[:, :, None].contiguous(memory_format=torch.channels_last)
+
+    def stylise(x):
+        return _decode(_encode(_transform(x, p), p), p)
+
+    def eager():
+        with torch.no_grad():
+            return stylise(x)
+
+    def inference_mode():
+        with torch.inference_mode():
+            return stylise(x)
+
+    def channels_last():
+        with torch.inference_mode():
+            return _channels_last(x_wide, wide)
+
+    return {"torch eager": eager, "torch inference_mode": inference_mode, "torch channels_last": channels_last,
+            **_compiled(lambda compiled: (lambda: _quiet(compiled, x)), stylise)}
+
+
+def _quiet(f, *arguments):
+    with torch.no_grad():
+        return f(*arguments)
+
+
+def _compiled(use, function):
+    """The form made by torch.compile, where a compiler is at hand."""
+    try:
+        work = use(torch.compile(function))
+        work()
+    except Exception:                                            # no compiler, or one that it does not like: the other forms stand
+        return {}
+    return {"torch compile": work}
+
+
+def _stepping(loss, params):
+    """A call that computes the loss and the gradients of params."""
+    def step(loss=loss):
+        for p in params.values():
+            p.grad = None
+        loss().backward()
+    return step
+
+
+def style_step(problem, I, grams, weights):
+    """{name: f} of loss and gradients for T's parameters."""
+    L, params, x, G = _tensors(problem.L), {name: t.requires_grad_() for name, t in _tensors(problem.T).items()}, torch.tensor(I), torch.tensor(grams)
+
+    def loss(x, G):
+        with torch.no_grad():
+            wanted = _encode(x, L)
+        H = _encode(_transform(x, params), L)
+        content = torch.linalg.vector_norm(wanted - H, dim=(1, 2))
+        style = torch.linalg.vector_norm(G - H @ H.transpose(1, 2), dim=(1, 2))
+        return (weights.content * content + weights.style * style).mean()
+
+    return {"torch eager": _stepping(lambda: loss(x, G), params), **_compiled(lambda f: _stepping(lambda: f(x, G), params), loss)}
+
+
+def autoencoder_step(problem, X, alpha):
+    """{name: f} of loss and gradients for the loss network's parameters."""
+    params, x = {name: t.requires_grad_() for name, t in _tensors(problem.L).items()}, torch.tensor(X)
+    size = sum(p.numel() for p in params.values())
+
+    def loss(x):
+        sparsity = sum(p.abs().sum() for p in params.values()) / size
+        return ((_decode(_encode(x, params), params) - x) ** 2).mean() + alpha * sparsity
+
+    return {"torch eager": _stepping(lambda: loss(x), params), **_compiled(lambda f: _stepping(lambda: f(x), params), loss)}
