@@ -10,6 +10,7 @@ The rooms, from the ground floor up; imports only point downwards:
   `losses` its equations 4 to 9, `total` equation 10, `train` and `transfer` the rest.
 - `refimpl.torresani2006`: Torresani, Hackney, Bregler 2006, "Learning Motion Style Synthesis from Perceptual Observations". Begin with `align`.
 - `refimpl.conformance`: what does agreement mean? The kit that checks another implementation, and this one. Begin with `cases`.
+- `refimpl.bench`: how fast, compared with what.   `refimpl.exercise`: what a notebook's check cell calls.
 - `refimpl.plot` and `refimpl.animate`: pictures and animations; nothing else imports Matplotlib.
 - `refimpl.commands` and `refimpl.cli`: the command line, one file a step.
 

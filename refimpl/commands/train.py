@@ -25,7 +25,7 @@ def add_commands(commands):
                                    description="Train the convolutional autoencoder, the loss network of equations 1 to 3.")
     manifold.add_argument("motions", metavar="MOTIONS.npz", help="what `refimpl prepare` wrote")
     manifold.add_argument("-o", "--output", metavar="MANIFOLD.npz", required=True)
-    _training_options(manifold, epochs=25, rate=AUTOENCODER_RATE)
+    _training_options(manifold, epochs=60, rate=AUTOENCODER_RATE)
     manifold.add_argument("--hidden", type=whole(1), default=256, metavar="M", help="hidden units (default: %(default)s)")
     manifold.add_argument("--dropout", type=number(least=0, below=1), default=0.1, metavar="P",
                           help="share of input numbers set to 0 while it learns; 0 is equation 3 as printed (default: %(default)s)")
@@ -40,7 +40,7 @@ def add_commands(commands):
     style.add_argument("-o", "--output", metavar="STYLE.npz", required=True)
     _training_options(style, epochs=100, rate=RATE)
     style.add_argument("--channels", type=whole(1), default=128, metavar="C", help="channels between its layers (default: %(default)s)")
-    style.add_argument("--content-style", default="normal", metavar="NAME", help="the style of the clips to learn on (default: %(default)s)")
+    style.add_argument("--content-style", default="normal", metavar="NAME", help="the style of the clips to learn on, or several: A,B (default: %(default)s)")
     style.add_argument("--clips", metavar="REGEX", help="learn only on content clips in whose name this is found")
     style.add_argument("--exemplars", metavar="REGEX", help="take only exemplar clips in whose name this is found")
     style.add_argument("--contents", metavar="A,B", help="learn only these contents (default: all)")

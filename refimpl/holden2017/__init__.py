@@ -2,5 +2,7 @@
 
 - `networks`: the loss network (equations 1 to 3) and the transformation network.   `losses`: equations 4 to 9.   `total`: equation 10.
 - `lesson`: windows, each paired with the style it should take.   `train`: both training loops.   `model`: what they leave in files.
+- `stylist`, `step`, `half`, `parts`: the same networks, losses and gradients, fast: spectra and arrays kept, the decoder at half resolution, batches in
+  parts for threads, processes or machines. Each is tested to be its definition above.
 - `transfer`: stylise(I) = P(T(I)) of a whole clip, back on its own skeleton.   `measure`: how near it came.
 """

@@ -84,7 +84,7 @@ def choose(clips, pattern):
 def make_lesson(dataset, manifold, style, *, content_style="normal", clips=None, exemplars=None, contents=None, pairs=None, kernels=tiled):
     """Everything that training one style needs.
 
-    dataset : Dataset;  style, content_style : its labels;  clips, exemplars : regular expressions that choose among the names;
+    dataset : Dataset;  style : a label of it;  content_style : one or several labels, joined by commas, of the clips to learn on;  clips, exemplars : regular expressions that choose among the names;
     contents : labels to train for (all);  pairs : {content: exemplar content} where names alone do not pair them
     ->  Lesson, held-out content clips, {content: list of exemplar features (T, 66)} for each content of the lesson
     Raises LessonError when no exemplar or no content clip is left.
@@ -93,7 +93,11 @@ def make_lesson(dataset, manifold, style, *, content_style="normal", clips=None,
     if not shown:
         raise LessonError(f"found no exemplar of style {style!r}{_by(exemplars)}, needed at least one; "
                           f"the styles of this dataset are {', '.join(dataset.styles)}")
-    chosen = [c for c in choose(dataset.select(style=content_style), clips) if contents is None or c.content in contents]
+    sources = content_style.split(",")
+    for name in sources:
+        if name not in dataset.styles:
+            raise LessonError(f"found no clip of style {name!r} to train on, needed one of the styles of this dataset: {', '.join(dataset.styles)}")
+    chosen = [c for c in choose([c for c in dataset.clips if c.style in sources], clips) if contents is None or c.content in contents]
     learned = [c for c in chosen if not c.held_out]
     if not learned:
         raise LessonError(f"found no clip of style {content_style!r}{_by(clips)} to train on, needed at least one; "

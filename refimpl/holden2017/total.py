@@ -14,13 +14,13 @@ class Weights:
     """What each loss counts in training. The paper has c = 1 and s = 0.01, and scales the constraints "with respect to the units of the data".
 
     How s weighs against c depends on the size of the hidden units (a Gram matrix grows with their square), of which the paper says nothing: with
-    those of the loss network trained here 0.01 leaves most of the content's style, and 0.03 gives the paper's pictures. The constraints
+    those of the loss network trained here 0.01 leaves most of the content's style, and 0.06 gives the paper's pictures. The constraints
     are for centimetres (a leg of 80); `for_leg` converts them. `turn` is what a squared radian is worth in squared lengths: as if seen
     at a point one metre away; with less a style learnt from straight walks forgets to turn.
     """
 
     content: float = 1.0
-    style: float = 0.03
+    style: float = 0.06
     foot: float = 0.01
     bone: float = 0.001
     trajectory: float = 0.5
