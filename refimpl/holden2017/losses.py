@@ -81,7 +81,7 @@ def foot_velocities_backward(dv, motion):
     p = joint_positions(motion)[:, FEET]
     turn = motion[:, None, TURN, :-1]
     dp = np.zeros_like(p)
-    dp[..., 1:] += dv
+    dp[..., 1:] = dv
     dp[..., :-1] -= dv
     dp[:, :, 2, :-1] += turn * dv[:, :, 0]                       # x velocity holds + turn z
     dp[:, :, 0, :-1] -= turn * dv[:, :, 2]                       # z velocity holds - turn x

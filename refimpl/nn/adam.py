@@ -60,9 +60,9 @@ def adam_update(params, gradients, state, *, rate=1e-3, beta1=0.9, beta2=0.999, 
 def _pieces(p, *others, size=1 << 14):
     """Flat views of pieces of arrays that lie in memory alike; where they do not, views along the first axis."""
     if p.ndim and all(a.T.flags.c_contiguous for a in (p, *others)):
-        p, *others = (a.T.reshape(-1) for a in (p, *others))
+        p, *others = (a.T.ravel() for a in (p, *others))
     elif p.ndim and all(a.flags.c_contiguous for a in (p, *others)):
-        p, *others = (a.reshape(-1) for a in (p, *others))
+        p, *others = (a.ravel() for a in (p, *others))
     else:
         return [(p[...], *(a[...] for a in others))]
     return [[a[i:i + size] for a in (p, *others)] for i in range(0, p.size, size)]

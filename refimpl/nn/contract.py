@@ -20,9 +20,9 @@ def check_contract(f, f_backward, *inputs, names=None, seed=0, batched=None, sin
     """
     names = names or tuple(f"input {i}" for i in range(len(inputs)))
     rng = np.random.default_rng([seed, 3])
+    _left_alone("f", f, inputs, names)
     y = np.asarray(f(*inputs))
     dy = rng.standard_normal(y.shape).astype(y.dtype)
-    _left_alone("f", f, inputs, names)
     _left_alone("f_backward", f_backward, (dy, *inputs), ("the upstream gradient", *names))
     gradients = _gradients(f_backward, dy, inputs)
     _own_memory(gradients, dy, inputs, names)
@@ -99,6 +99,7 @@ def _repeatable(f, f_backward, dy, inputs, names, rng):
     again = _gradients(f_backward, dy, inputs)
     _same_gradients(kept, again, names, "on a second call with the same arguments")
     f_backward(rng.standard_normal(dy.shape).astype(dy.dtype), *inputs)
+    _same_gradients(kept, first, names, "later in the array of the first call (a buffer used twice?)")
     _same_gradients(kept, _gradients(f_backward, dy, inputs), names, "after a call with another upstream gradient")
     others = [np.flip(x).copy() if _is_float(x) else x for x in inputs]      # the same numbers elsewhere: still where f is defined
     try:
@@ -108,7 +109,6 @@ def _repeatable(f, f_backward, dy, inputs, names, rng):
     except ValueError:
         return                                                               # f takes special inputs only
     _same_gradients(kept, _gradients(f_backward, dy, inputs), names, "after calls with other inputs")
-    _same_gradients(kept, first, names, "in the array of the first call, later (a buffer used twice?),")
 
 
 def _same_gradients(needed, found, names, when):

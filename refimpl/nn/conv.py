@@ -65,9 +65,8 @@ def conv_transpose1d_backward(dx, h, w, b=None, *, stride=1, padding="same", out
 
     dx : the shape of the output  ->  dh (N, O, T), dw (O, C / groups, K), db (C,) or None
     """
-    length, pad = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups, dx=dx)
-    full = _full_length(h, w, stride, dilation)
-    padded = _pad(dx, (pad[0], max(0, full - pad[0] - length)))
+    _, pad = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups, dx=dx)
+    padded = _pad(dx, pad)
     dh = _gather(padded, w, h.shape[2], stride, dilation, groups)
     return dh, _filter_gradient(h, padded, w.shape, stride, dilation, groups), None if b is None else dx.sum(axis=(0, 2))
 

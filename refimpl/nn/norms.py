@@ -138,7 +138,7 @@ def _rest(r):
 
 def _spread(per_clip, r):
     """(N,)  ->  (N, 1, ..., 1)"""
-    return per_clip.reshape((-1,) + (1,) * (r.ndim - 1))
+    return per_clip.reshape(per_clip.shape + (1,) * (r.ndim - 1))
 
 
 def _count(r):

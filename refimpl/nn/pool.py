@@ -46,8 +46,8 @@ def max_pool1d_indices(x, width=2, *, stride=None, padding=0, dilation=1, ceil_m
     candidates = np.where(inside, x[:, :, np.clip(positions, 0, x.shape[2] - 1)], -np.inf)     # (N, C, T_out, width)
     k = np.argmax(candidates, axis=-1)                           # the first largest; NaN counts as largest
     t = np.arange(len(positions))
-    k = np.where(inside[t, k], k, np.argmax(inside, axis=-1))    # a window of -inf alone: its first real element, not the padding
-    return np.where(inside.any(axis=-1), positions[t, k], -1)
+    k = np.where(inside[t, k], k, np.argmax(inside, axis=1))    # a window of -inf alone: its first real element, not the padding
+    return np.where(inside.any(axis=1), positions[t, k], -1)
 
 
 def max_unpool1d(h, indices, length):
@@ -79,7 +79,7 @@ def avg_pool1d(x, width=2, *, stride=None, padding=0, ceil_mode=False, count_inc
     """
     check_arrays(x=x, ndim={"x": 3})
     positions, count = _counts(x, width, stride, padding, ceil_mode, count_include_pad)
-    padded = np.pad(x, ((0, 0), (0, 0), (padding, max(0, positions[-1, -1] + 1 - x.shape[2]))))
+    padded = np.pad(x, ((0, 0), (0, 0), (padding, width)))      # the last window begins inside
     return padded[:, :, positions + padding].sum(axis=-1) / count
 
 
@@ -89,7 +89,7 @@ def avg_pool1d_backward(dy, x, width=2, *, stride=None, padding=0, ceil_mode=Fal
     positions, count = _counts(x, width, stride, padding, ceil_mode, count_include_pad)
     check_shape("dy", dy, x.shape[:2] + (len(positions),), ", the shape of the output")
     share = dy / count
-    dpadded = np.zeros(x.shape[:2] + (padding + max(x.shape[2], positions[-1, -1] + 1),), share.dtype)
+    dpadded = np.zeros(x.shape[:2] + (padding + x.shape[2] + width,), share.dtype)
     for k in range(positions.shape[1]):                          # element k of every window: no position twice
         dpadded[:, :, positions[:, k] + padding] += share
     return dpadded[:, :, padding:padding + x.shape[2]].copy()
@@ -120,7 +120,7 @@ def _windows(T, width, stride, padding, dilation, ceil_mode):
     """Positions of every window's elements in the input, some of them outside it.   ->  (T_out, width)"""
     width, dilation = check_whole("width", width, 1), check_whole("dilation", dilation, 1)
     stride = width if stride is None else check_whole("stride", stride, 1)
-    if check_whole("padding", padding, 0) > width // 2:
+    if 2 * check_whole("padding", padding, 0) > width:
         raise ValueError(f"padding: found {padding}, needed at most half of width {width}")
     reach = dilation * (width - 1) + 1
     free = T + 2 * padding - reach
@@ -155,7 +155,7 @@ def _put(dy, indices, length):
     """The adjoint of `_take`: add each value up at its place."""
     N, C, T_out = dy.shape
     dy, indices = np.where(indices < 0, dy.dtype.type(0), dy), np.maximum(indices, 0)
-    if T_out < 2 or (np.diff(indices, axis=2) > 0).all():        # no place twice: nothing to add up
+    if (np.diff(indices) > 0).all():                             # no place twice: nothing to add up
         return _place(dy, indices, length)
     dx = np.zeros((N * C, length), dy.dtype)
     np.add.at(dx, (np.arange(N * C)[:, None], indices.reshape(N * C, T_out)), dy.reshape(N * C, T_out))

@@ -107,6 +107,28 @@ def test_constraint_gradients(rng):
     nn.check_gradient(losses.foot_velocities, losses.foot_velocities_backward, x)
 
 
+def test_gradients_with_the_weights_of_the_paper(rng):
+    """What is not given is the same in a loss and in its gradient: c = 1, s = 0.01, norms, a radian worth one length."""
+    A, B, G, x, wanted = rng.normal(size=(2, 5, 7)), rng.normal(size=(2, 5, 7)), rng.normal(size=(2, 5, 5)), motion(rng), rng.normal(size=(2, 3, 6))
+    nn.check_gradient(losses.content_loss, losses.content_loss_backward, A, B)
+    nn.check_gradient(losses.style_loss, losses.style_loss_backward, G, A)
+    nn.check_gradient(lambda m: losses.trajectory_loss(m, wanted), lambda d, m: losses.trajectory_loss_backward(d, m, wanted), x)
+    np.testing.assert_allclose(losses.content_loss(A, B), nn.norm(A - B))
+    np.testing.assert_allclose(losses.style_loss(G, A), 0.01 * nn.norm(G - nn.gram(A)))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.longdouble])
+def test_precision_is_kept(rng, dtype):
+    A, B, G, x = (a.astype(dtype) for a in (rng.normal(size=(2, 5, 7)), rng.normal(size=(2, 5, 7)), rng.normal(size=(2, 5, 5)), motion(rng)))
+    contacts, wanted, lengths = np.ones((2, 4, 6), dtype), np.zeros((2, 3, 6), dtype), rng.uniform(1, 5, len(BONES))     # lengths in any precision
+    for f, backward, arguments in ((losses.content_loss, losses.content_loss_backward, (A, B)), (losses.style_loss, losses.style_loss_backward, (G, A)),
+                                   (losses.foot_loss, losses.foot_loss_backward, (x, contacts)), (losses.bone_loss, losses.bone_loss_backward, (x, lengths)),
+                                   (losses.trajectory_loss, losses.trajectory_loss_backward, (x, wanted))):
+        loss = f(*arguments)
+        gradients = backward(loss, *arguments)
+        assert {a.dtype for a in (loss, *(gradients if isinstance(gradients, tuple) else (gradients,)))} == {np.dtype(dtype)}
+
+
 def test_real_planted_feet_cost_nearly_nothing():
     """On motion whose feet truly stand, equation 7 is small; shifting the body's velocity makes it large."""
     from refimpl.motion.synthetic import make_clip

@@ -7,10 +7,11 @@ from refimpl import nn
 
 H = np.random.default_rng(0).normal(size=(2, 3, 6)) + 3.0
 W = np.random.default_rng(1).normal(size=(4, 3, 3))
+PLACES = np.random.default_rng(2).integers(0, 9, H.shape)
 TYPES = [np.float32, np.float64, np.longdouble]
 COMPLEX = [np.complex64, np.complex128, np.clongdouble]
 
-# name: f, f_backward, the arrays, whether it is analytic
+# name: f, f_backward, the arrays, whether it takes complex numbers
 OPERATIONS = {
     "conv1d": (nn.conv1d, nn.conv1d_backward, (H, W), True), "conv_transpose1d": (lambda h, w: nn.conv_transpose1d(h, w.swapaxes(0, 1)[:3]),
     lambda d, h, w: nn.conv_transpose1d_backward(d, h, w.swapaxes(0, 1)[:3]), (H, W), True),
@@ -19,7 +20,8 @@ OPERATIONS = {
     "gram": (nn.gram, nn.gram_backward, (H,), True), "norm": (nn.norm, nn.norm_backward, (H,), True),
     "sum_squares": (nn.sum_squares, nn.sum_squares_backward, (H,), True), "mean_squares": (nn.mean_squares, nn.mean_squares_backward, (H,), True),
     "l1": (nn.l1, nn.l1_backward, (H,), False), "squared_error": (nn.squared_error, nn.squared_error_backward, (H, H + 1), True),
-    "absolute_error": (nn.absolute_error, nn.absolute_error_backward, (H, H + 1), False)}
+    "absolute_error": (nn.absolute_error, nn.absolute_error_backward, (H, H + 1), False),
+    "max_unpool1d": (lambda h: nn.max_unpool1d(h, PLACES, 9), lambda d, h: nn.max_unpool1d_backward(d, h, PLACES, 9), (H,), True)}
 
 
 @pytest.mark.parametrize("dtype", TYPES + COMPLEX)
@@ -109,6 +111,6 @@ def test_adam_takes_a_numpy_rate_without_widening():
 
 
 def test_parameters_may_have_any_name():
-    p = {"ndim": np.ones(2), "analytic": np.ones(3)}
+    p = {"ndim": np.ones(2), "real": np.ones(3)}
     q, _ = nn.adam_step(p, p, nn.adam_start(p))
     assert set(q) == set(p)

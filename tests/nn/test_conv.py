@@ -72,6 +72,21 @@ def test_a_transposed_convolution_by_hand():
     np.testing.assert_array_equal(nn.conv_transpose1d(h, w, padding="valid", stride=2), [[[10, 20, 20, 40]]])
 
 
+def test_frames_that_no_window_reaches_have_no_gradient():
+    x, w, dy = np.array([[[1.0, 2, 3, 4]]]), np.array([[[10.0]]]), np.array([[[5.0, 7]]])
+    np.testing.assert_array_equal(nn.conv1d_backward(dy, x, w, padding="valid", stride=2)[0], [[[50, 0, 70, 0]]])
+
+
+def test_output_padding_by_hand():
+    """The last output frame may lie beyond what the taps reach: then it is zero, and gives no gradient."""
+    h, w = np.array([[[1.0, 2]]]), np.array([[[10.0, 20]]])
+    options = dict(padding=(1, 0), stride=2, output_padding=1)
+    np.testing.assert_array_equal(nn.conv_transpose1d(h, w, **options), [[[20, 20, 40, 0]]])
+    dh, dw, _ = nn.conv_transpose1d_backward(np.array([[[1.0, 3, 5, 7]]]), h, w, **options)
+    np.testing.assert_array_equal(dh, [[[20, 130]]])
+    np.testing.assert_array_equal(dw, [[[2 * 3, 1 + 2 * 5]]])
+
+
 def test_two_channels_by_hand():
     x = np.array([[[1.0, 0], [0, 1]]])
     w = np.array([[[1.0], [2]], [[3], [4]]])
@@ -140,14 +155,14 @@ def test_the_2016_code_flips_its_filters():
     np.testing.assert_allclose(np.convolve(x, w, "valid"), nn.conv1d(x[None, None], w[None, None, ::-1], padding="valid")[0, 0], atol=1e-13)
 
 
-def test_plain_is_the_same():
+@pytest.mark.parametrize("dtype, precision", [(np.float32, 1e-5), (np.float64, 1e-13)])
+def test_plain_is_the_same(dtype, precision):
     from refimpl.nn import plain
     rng = np.random.default_rng(1)
-    x, w, b = rng.normal(size=(2, 3, 9)), rng.normal(size=(4, 3, 5)), rng.normal(size=4)
-    np.testing.assert_allclose(plain.conv1d(x, w, b), nn.conv1d(x, w, b), atol=1e-13)
-    dy = rng.normal(size=(2, 4, 9))
+    x, w, b, dy = (rng.normal(size=shape).astype(dtype) for shape in ((2, 3, 9), (4, 3, 5), (4,), (2, 4, 9)))
+    np.testing.assert_allclose(plain.conv1d(x, w, b), nn.conv1d(x, w, b), atol=precision, strict=True)
     for found, needed in zip(plain.conv1d_backward(dy, x, w, b), nn.conv1d_backward(dy, x, w, b)):
-        np.testing.assert_allclose(found, needed, atol=1e-13)
+        np.testing.assert_allclose(found, needed, atol=precision, strict=True)
 
 
 def test_contract_in_both_precisions_and_for_no_clips():
@@ -166,6 +181,16 @@ def test_precision_is_kept(dtype):
     assert nn.conv1d(x, w, b).dtype == dtype
     assert all(g.dtype == dtype for g in nn.conv1d_backward(nn.conv1d(x, w), x, w, b))
     assert nn.conv_transpose1d(nn.conv1d(x, w), w).dtype == dtype
+
+
+def test_one_complex_factor_makes_the_product_complex():
+    """What is linear in each factor takes real and imaginary part of either apart, as a complex step through one factor needs it."""
+    rng = np.random.default_rng(3)
+    x, w, h = rng.normal(size=(2, 2, 7)), rng.normal(size=(3, 2, 3)), rng.normal(size=(2, 3, 7))
+    for f, a, b in ((nn.conv1d, x, w), (nn.conv_transpose1d, h, w), (lambda d, a: nn.conv1d_backward(d, a, w)[1], h, x),
+                    (lambda a, d: nn.conv_transpose1d_backward(d, a, w)[1], h, x)):
+        np.testing.assert_allclose(f(a * (1 + 2j), b), f(a, b) * (1 + 2j), atol=1e-13, strict=True)
+        np.testing.assert_allclose(f(a, b * (1 + 2j)), f(a, b) * (1 + 2j), atol=1e-13, strict=True)
 
 
 def test_longdouble_is_more_precise():

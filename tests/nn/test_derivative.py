@@ -80,6 +80,12 @@ def test_one_sided_derivatives():
     np.testing.assert_allclose(derivative.one_sided(through(np.sin), ONE), (np.cos(0.7),) * 2, rtol=1e-7)
 
 
+def test_one_sided_derivatives_err_by_the_square_of_the_step():
+    h, second, third = 1e-3, -np.sin(0.7), -np.cos(0.7)
+    np.testing.assert_allclose(np.subtract(derivative.one_sided(through(np.sin), ONE, h=h), np.cos(0.7)), -h ** 2 / 12 * third * np.ones(2),
+                               atol=h ** 3 * abs(second))
+
+
 def test_a_claim_outside_the_bracket_is_refused():
     with pytest.raises(nn.GradientError, match="at the kink"):
         nn.check_kink(nn.relu, lambda dy, x: 1.5 * dy, np.zeros(1), direction=np.ones(1))

@@ -100,6 +100,42 @@ def test_windows_that_overlap_add_up():
     np.testing.assert_array_equal(nn.max_pool1d_backward(np.array([[[2.0, 3]]]), x, 2, stride=1), [[[0, 5, 0]]])
 
 
+def test_averages_of_windows_that_overlap_add_up():
+    x = np.array([[[1.0, 9, 1]]])
+    np.testing.assert_array_equal(nn.avg_pool1d(x, 2, stride=1), [[[5, 5]]])
+    np.testing.assert_array_equal(nn.avg_pool1d_backward(np.array([[[2.0, 6]]]), x, 2, stride=1), [[[1, 4, 3]]])
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_overlap_keeps_the_precision(dtype):
+    x, dy = np.array([[[1, 9, 1]]], dtype), np.array([[[2, 3]]], dtype)
+    for back, needed in ((nn.max_pool1d_backward, [[[0, 5, 0]]]), (nn.avg_pool1d_backward, [[[1, 2.5, 1.5]]])):
+        np.testing.assert_array_equal(back(dy, x, 2, stride=1), np.array(needed, dtype), strict=True)
+
+
+def test_padding_never_wins_and_may_be_longer_than_the_input():
+    np.testing.assert_array_equal(nn.max_pool1d(np.array([[[-1.0, -3, -2]]]), 3, stride=2, padding=1), [[[-1, -2]]])
+    np.testing.assert_array_equal(nn.max_pool1d(np.array([[[-7.0]]]), 5, padding=2), [[[-7]]])
+    np.testing.assert_array_equal(nn.avg_pool1d(np.array([[[5.0]]]), 5, padding=2), [[[1]]])
+    np.testing.assert_array_equal(nn.avg_pool1d_backward(np.array([[[5.0]]]), np.zeros((1, 1, 1)), 5, padding=2), [[[1]]])
+
+
+def test_a_last_window_must_begin_inside_to_count():
+    """With stride 3 and one zero on the left, windows begin at -1, 2, 5: in 2 frames one begins inside or before them, in 5 frames two."""
+    x = np.array([[[5.0, 7, 2, 8, 4, 9]]])
+    options = dict(stride=3, padding=1, ceil_mode=True)
+    np.testing.assert_array_equal(nn.max_pool1d(x[:, :, :2], 2, **options), [[[5]]])
+    np.testing.assert_array_equal(nn.max_pool1d(x[:, :, :5], 2, **options), [[[5, 8]]])
+    np.testing.assert_array_equal(nn.max_pool1d(x, 2, **options), [[[5, 8, 9]]])
+    np.testing.assert_array_equal(nn.avg_pool1d(x, 2, **options), [[[2.5, 5, 4.5]]])
+
+
+def test_what_hangs_over_the_end_does_not_count_in_a_mean():
+    x = np.array([[[1.0, 3, 2, 2, 5]]])
+    np.testing.assert_array_equal(nn.avg_pool1d(x, ceil_mode=True), [[[2, 2, 5]]])
+    np.testing.assert_array_equal(nn.avg_pool1d_backward(np.array([[[2.0, 4, 6]]]), x, ceil_mode=True), [[[1, 1, 2, 2, 6]]])
+
+
 def test_nan_wins_and_infinities_are_numbers():
     x = np.array([[[1.0, np.nan, -np.inf, -np.inf]]])
     y = nn.max_pool1d(x)
@@ -107,13 +143,27 @@ def test_nan_wins_and_infinities_are_numbers():
     np.testing.assert_array_equal(nn.max_pool1d_backward(np.array([[[7.0, 8]]]), x), [[[0, 7, 8, 0]]])
     padded = np.array([[[-np.inf, -np.inf]]])
     np.testing.assert_array_equal(nn.max_pool1d_indices(padded, 2, stride=1, padding=1), [[[0, 0, 1]]])
+    late = np.array([[[0.0, 1, -np.inf]]])
+    np.testing.assert_array_equal(nn.max_pool1d_indices(late, 3, stride=3, padding=1), [[[1]]])
+    np.testing.assert_array_equal(nn.max_pool1d_indices(np.array([[[1.0, -np.inf, -np.inf, -np.inf]]]), 4, stride=3, padding=2), [[[0, 1]]])
 
 
 def test_a_window_of_padding_alone():
     """Dilation can step over the whole input; the window is -inf and passes no gradient."""
     x = np.array([[[3.0]]])
     assert nn.max_pool1d(x, 2, padding=1, dilation=2)[0, 0, 0] == -np.inf
+    assert nn.max_pool1d_indices(x, 2, padding=1, dilation=2)[0, 0, 0] == -1
     np.testing.assert_array_equal(nn.max_pool1d_backward(np.ones((1, 1, 1)), x, 2, padding=1, dilation=2), [[[0]]])
+
+
+def test_one_frame_and_no_clips_are_enough():
+    np.testing.assert_array_equal(nn.avg_depool1d(np.array([[[6.0]]])), [[[3, 3]]])
+    np.testing.assert_array_equal(nn.avg_depool1d_backward(np.array([[[6.0, 2]]]), np.ones((1, 1, 1))), [[[4]]])
+    assert nn.max_unpool1d(np.zeros((0, 2, 3)), np.zeros((0, 2, 3), int), 5).shape == (0, 2, 5)
+
+
+def test_places_may_be_unsigned():
+    np.testing.assert_array_equal(nn.max_unpool1d(np.array([[[7.0]]]), np.array([[[1]]], np.uint8), 3), [[[0, 7, 0]]])
 
 
 def test_the_later_value_stands_in_unpooling():

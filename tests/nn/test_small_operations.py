@@ -71,6 +71,24 @@ def test_norm_neither_overflows_nor_vanishes(size):
     np.testing.assert_allclose(nn.norm_backward(np.ones(1), np.array([[3 * size, 4 * size]])), [[0.6, 0.8]])
 
 
+def test_every_clip_has_its_own_scale():
+    r = np.array([[3e-200, 4e-200], [3e200, 4e200], [0, 0]])
+    np.testing.assert_allclose(nn.norm(r), [5e-200, 5e200, 0])
+
+
+def test_clips_of_one_number_and_of_none():
+    np.testing.assert_array_equal(nn.norm(np.array([-3.0, 4])), [3, 4])
+    np.testing.assert_array_equal(nn.norm_backward(np.array([2.0, 2]), np.array([-3.0, 4])), [-2, 2])
+    np.testing.assert_array_equal(nn.norm(np.zeros((2, 0))), [0, 0])
+
+
+def test_a_complex_upstream_number_keeps_its_digits():
+    """As when a complex step passes through the backward itself."""
+    a, third = np.array([2.0, -5.0]), 1 / 3 + 1j / 3
+    np.testing.assert_array_equal(nn.l1_backward(third, a), [third, -third], strict=True)
+    np.testing.assert_array_equal(nn.squared_error_backward(third, a, a - 1, reduction="sum")[0], [2 * third, 2 * third], strict=True)
+
+
 def test_norm_kink_is_bracketed():
     direction = np.ones((1, 2, 3))
     left, claimed, right = nn.check_kink(nn.norm, nn.norm_backward, np.zeros((1, 2, 3)), direction=direction)
@@ -133,6 +151,53 @@ def test_adam_variants_differ_where_gradients_are_tiny():
     assert abs(plain[0] - hat[0]) > 0.1 * abs(plain[0]) and abs(plain[1] - hat[1]) < 1e-6 * abs(plain[1])
     assert abs(uncorrected[1]) > 2 * abs(plain[1])
     assert plain[2] == hat[2] == uncorrected[2] == 0
+
+
+def test_adam_variants_by_hand():
+    """Two steps with gradients of epsilon's size, epsilon large enough to be seen."""
+    rate, a, b, e, g1, g2 = 0.1, 0.5, 0.75, 0.25, 2.0, -1.0
+    m, v = a * (1 - a) * g1 + (1 - a) * g2, b * (1 - b) * g1 ** 2 + (1 - b) * g2 ** 2    # after both
+    steps = {
+        "kingma-ba": g1 / (abs(g1) + e) + m / (1 - a ** 2) / (np.sqrt(v / (1 - b ** 2)) + e),
+        "epsilon-hat": np.sqrt(1 - b) / (1 - a) * (1 - a) * g1 / (np.sqrt(1 - b) * abs(g1) + e)
+        + np.sqrt(1 - b ** 2) / (1 - a ** 2) * m / (np.sqrt(v) + e),
+        "no-bias-correction": (1 - a) * g1 / (np.sqrt(1 - b) * abs(g1) + e) + m / (np.sqrt(v) + e)}
+    for variant, step in steps.items():
+        p, s = {"w": np.array([5.0])}, nn.adam_start({"w": np.zeros(1)})
+        for g in (g1, g2):
+            p, s = nn.adam_step(p, {"w": np.array([g])}, s, rate=rate, beta1=a, beta2=b, epsilon=e, variant=variant)
+        np.testing.assert_allclose(p["w"], 5.0 - rate * step, rtol=1e-14)
+
+
+def test_adam_without_memory_steps_by_the_sign_and_with_rate_0_not_at_all():
+    p, g = {"w": np.array([1.0, -2.0])}, {"w": np.array([0.5, -3.0])}
+    q, _ = nn.adam_step(p, g, nn.adam_start(p), rate=0.25, beta1=0, beta2=0, epsilon=0)
+    np.testing.assert_array_equal(q["w"], [0.75, -1.75])
+    np.testing.assert_array_equal(nn.adam_step(p, g, nn.adam_start(p), rate=0)[0]["w"], p["w"])
+
+
+LAYINGS = {"C order": np.copy, "Fortran order": lambda a: a.copy(order="F"), "every second": lambda a: np.repeat(a, 2, axis=-1)[..., ::2] if a.ndim else a.copy(),
+           "first axis in the middle": lambda a: a.swapaxes(0, 1).copy().swapaxes(0, 1) if a.ndim > 1 else a.copy()}
+
+
+@pytest.mark.parametrize("options", [{}, dict(rate=np.float64(0.25), beta1=0.5, beta2=0.75, epsilon=0.125)])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_adam_in_place_is_the_pure_step_to_the_last_bit(dtype, options):
+    """Parameters of no, one, two and three axes, laid out in memory alike and not, longer than a piece; the caller's arrays themselves change."""
+    rng = np.random.default_rng(6)
+    shapes = {"number": (), "vector": (20_000,), "matrix": (7, 30), "filters": (40, 30, 20), "empty": (0, 3)}
+    gradients = [{(k, a): lay(np.asarray(rng.normal(size=shape), dtype)) for k, shape in shapes.items() for a, lay in LAYINGS.items()}
+                 for _ in range(3)]
+    p = {(k, a): LAYINGS[a](g) for (k, a), g in gradients[0].items()}
+    s, arrays = nn.adam_start(p), dict(p)
+    q, t = {key: a.copy() for key, a in p.items()}, nn.adam_start(p)
+    for g in gradients:
+        q, t = nn.adam_step(q, g, t, **options)
+        assert nn.adam_update(p, g, s, **options) is None
+    assert s["t"] == t["t"] == 3 and all(p[key] is arrays[key] for key in p)
+    for found, needed in ((p, q), (s["m"], t["m"]), (s["v"], t["v"])):
+        for key in p:
+            np.testing.assert_array_equal(found[key], needed[key], strict=True)
 
 
 def test_adam_is_pure_and_keeps_precision():
