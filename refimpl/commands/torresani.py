@@ -15,10 +15,11 @@ from ..torresani2006.observe import EFFORTS
 from ..torresani2006.poses import clip_of, fit_body, fragment_of, size_ratio
 from ..torresani2006.regress import MODELS
 from ..torresani2006.segment import segment
-from ..torresani2006.synthesise import NEIGHBOURS, check_style, contents_of, observed_style, synthesise
+from ..torresani2006.synthesise import LOOKS, NEIGHBOURS, check_style, contents_of, observed_style, synthesise
+from .options import whole
 from .progress import Progress, table
 
-LOOKS = 8
+POLES = ("bound -3 .. free 3", "light -3 .. strong 3", "sustained -3 .. sudden 3")
 
 
 def add_commands(commands):
@@ -29,14 +30,14 @@ def add_commands(commands):
     command = commands.add_parser("synthesise", help="a clip with the flow, weight and time that you ask for",
                                   description="Replace each action of a clip by a blend of two of the database's, in the style asked for.")
     _add_database(command)
-    for effort, poles in zip(EFFORTS, ("bound -3 .. free 3", "light -3 .. strong 3", "sustained -3 .. sudden 3")):
+    for effort, poles in zip(EFFORTS, POLES):
         command.add_argument(f"--{effort}", type=float, default=0.0, metavar="E", help=f"{poles} (default: %(default)g)")
     command.add_argument("-o", "--output", metavar="OUT.bvh", required=True)
     command.add_argument("--model", choices=MODELS, default="kernel ridge", help="(default: %(default)s)")
-    command.add_argument("--neighbours", type=int, default=NEIGHBOURS, metavar="K", help="fragments to blend from (default: %(default)s)")
-    command.add_argument("--looks", type=int, metavar="N", help="of the N best pairs take the one whose blend the computed observer sees "
+    command.add_argument("--neighbours", type=whole(2), default=NEIGHBOURS, metavar="K", help="fragments to blend from (default: %(default)s)")
+    command.add_argument("--looks", type=whole(1), metavar="N", help="of the N best pairs take the one whose blend the computed observer sees "
                          f"nearest; 1 trusts the prediction alone (default: {LOOKS}, with --labels 1)")
-    command.add_argument("--seed", type=int, default=0, metavar="N", help="of the blends learnt from (default: %(default)s)")
+    command.add_argument("--seed", type=whole(0), default=0, metavar="N", help="of the blends learnt from (default: %(default)s)")
     command.set_defaults(run=run_synthesise)
     command = commands.add_parser("experiment", help="repeat a paper's experiments", description="Repeat a paper's experiments.")
     command = command.add_subparsers(title="experiments", metavar="PAPER", required=True).add_parser(
@@ -46,9 +47,9 @@ def add_commands(commands):
                          help="BVH clips, five actions by twelve performers; the embedded performers unless given")
     command.add_argument("--out", metavar="DIR", type=Path, default=Path("refimpl-torresani"), help="made if missing (default: %(default)s)")
     command.add_argument("--pattern", metavar="REGEX", default=PATTERN, help="named groups content and style (here: the performer)")
-    command.add_argument("--splits", type=int, default=experiment.SPLITS, metavar="N", help="(default: %(default)s)")
-    command.add_argument("--trials", type=int, default=10, metavar="N", help="styles asked for, of each performer (default: %(default)s)")
-    command.add_argument("--seed", type=int, default=0, metavar="N", help="(default: %(default)s)")
+    command.add_argument("--splits", type=whole(1), default=experiment.SPLITS, metavar="N", help="(default: %(default)s)")
+    command.add_argument("--trials", type=whole(1), default=10, metavar="N", help="styles asked for, of each performer (default: %(default)s)")
+    command.add_argument("--seed", type=whole(0), default=0, metavar="N", help="(default: %(default)s)")
     command.set_defaults(run=run_experiment)
 
 
@@ -60,7 +61,7 @@ def _add_database(command):
                          "fragment. Without it styles are those of the computed observer")
     command.add_argument("--pattern", metavar="REGEX", default=PATTERN,
                          help=f"content from file names; clips of other names are grouped by likeness (default: {PATTERN.replace('%', '%%')})")
-    command.add_argument("--contents", type=int, metavar="N", help="how many actions to group such clips into (default: one for every 12)")
+    command.add_argument("--contents", type=whole(1), metavar="N", help="how many actions to group such clips into (default: one for every 12)")
 
 
 def _load(arguments):
@@ -96,14 +97,10 @@ def _piece_rows(database, pieces, fps, file_fps):
 
 def run_synthesise(arguments):
     target = check_style([getattr(arguments, effort) for effort in EFFORTS])
-    for name, value in (("--neighbours", arguments.neighbours), ("--looks", arguments.looks)):
-        if value is not None and value < (2 if name == "--neighbours" else 1):
-            raise ValueError(f"{name}: found {value}, needed a whole number from {2 if name == '--neighbours' else 1} on")
     check_writable(arguments.output)
     database, clip, Y = _load(arguments)
-    looks = arguments.looks or (1 if database.labelled else LOOKS)
     model, projection = train(database, arguments.model, seed=arguments.seed)
-    made = synthesise(Y, database, model, projection, target, count=arguments.neighbours, looks=looks)
+    made = synthesise(Y, database, model, projection, target, count=arguments.neighbours, looks=arguments.looks)
     own = replace(fit_body([clip]), reference=database.body.reference, carrier=database.body.carrier)
     root = made.fragment.root.copy()
     root[:, :3] *= size_ratio(own, database.body)
@@ -132,9 +129,6 @@ def _style(style):
 
 
 def run_experiment(arguments):
-    for name in ("splits", "trials"):
-        if getattr(arguments, name) < 1:
-            raise ValueError(f"--{name}: found {getattr(arguments, name)}, needed at least 1")
     arguments.out.mkdir(parents=True, exist_ok=True)
     cast = experiment.folder_cast(arguments.folder, arguments.pattern) if arguments.folder else experiment.embedded_cast()
     database, seed = cast.database, arguments.seed
@@ -149,7 +143,7 @@ def run_experiment(arguments):
     for line in table(rows):
         print("     " + line)
     model, projection = train(database, seed=seed)
-    _figure_1(arguments.out, *experiment.figure_1(database, model, projection, seed=seed))
+    _figure_1(arguments.out, database, experiment.figure_1(database, model, projection, seed=seed))
     known, new = experiment.cut_again(database, seed=seed), experiment.cut_newcomers(cast, seed=seed)
     print("3/4  segmentation, within 0.1 s of every joint")
     print(f"     known fragments, warped and with noise: {known['sequences']:.0%} of the sequences, {known['cuts']:.0%} of the cuts")
@@ -179,15 +173,27 @@ def _write_csv(path, rows):
         file.write("".join(",".join(row) + "\n" for row in rows))
 
 
-def _figure_1(out, names, alpha, curves, lines):
+def _figure_1(out, database, figures):
     """The curves as numbers, and a picture a pair."""
-    from .. import plot
     rows = [["from", "to", "alpha", *EFFORTS, *(f"linear {effort}" for effort in EFFORTS)]]
-    for number, (pair, curve, line) in enumerate(zip(names, curves, lines), start=1):
-        rows += [[*pair, *(f"{x:.6g}" for x in (a, *e, *straight))] for a, e, straight in zip(alpha, curve, line)]
-        figure = plot.curves([{"epoch": a, **dict(zip(EFFORTS, e))} for a, e in zip(alpha, curve)], EFFORTS, ylabel="effort",
-                             title=f"{pair[0]} to {pair[1]}")
-        axes = figure.axes[0]
-        axes.set(xlabel="alpha", yscale="linear", ylim=(-3.2, 3.2))
-        plot.save(figure, out / f"figure_1_{number}.png")
+    for number, figure in enumerate(figures, start=1):
+        names = tuple(database.fragments[n].name for n in figure.pair)
+        rows += [[*names, *(f"{x:.6g}" for x in (a, *e, *line))] for a, e, line in zip(figure.alpha, figure.predicted, figure.linear)]
+        _draw(out / f"figure_1_{number}.png", names, figure)
     _write_csv(out / "figure_1.csv", rows)
+
+
+def _draw(path, names, curves):
+    """Three panels, one an effort, as in Figure 1: what f predicts, the straight line, and what the computed observer sees."""
+    from .. import plot
+    figure = plot.Picture(figsize=(11.0, 4.2), dpi=plot.DPI, layout="constrained")
+    for n, (axes, effort, poles) in enumerate(zip(figure.subplots(1, 3, sharey=True), EFFORTS, POLES)):
+        axes.axvspan(0, 1, color="#f2f2f2", zorder=0)
+        axes.plot(curves.alpha, curves.predicted[:, n], color=plot.COLOURS["result"], linewidth=2.2, label="predicted, kernel ridge")
+        axes.plot(curves.alpha, curves.linear[:, n], color=plot.COLOURS["style"], linewidth=1.6, linestyle="--", label="linear interpolation")
+        axes.plot(curves.tried, curves.observed[:, n], "o", color="#222222", markersize=4.5, clip_on=False, zorder=3, label="computed observer")
+        axes.set(xlim=(curves.alpha[0], curves.alpha[-1]), ylim=(-3.2, 3.2), title=effort, xlabel="alpha", ylabel=f"{effort}: {poles}")
+        axes.grid(color="#e4e4e4", linewidth=0.8)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    figure.suptitle(f"alpha = 0: {names[0]}      alpha = 1: {names[1]}", fontsize=12)
+    plot.save(figure, path)

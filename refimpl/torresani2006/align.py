@@ -1,6 +1,6 @@
 r"""Content match (Torresani 2006, section 4, equations 3 to 5) and space-time interpolation (section 5).
 
-Frames count from 0 here and from 1 in the paper.
+Frames count from 0 here and from 1 in the paper. Angles are in radians, distances and SSD therefore in radians squared.
 """
 
 import numpy as np
@@ -20,19 +20,28 @@ class AlignError(ValueError):
     """Sequences that cannot be compared, or an alpha that cannot be."""
 
 
-def distances(X, Y):
+def checked(name, array):
+    """A sequence (frames, angles) as float64, or an AlignError that names it."""
+    array = np.asarray(array)
+    if array.ndim != 2 or not array.size:
+        raise AlignError(f"{name}: found shape {array.shape}, needed (frames, angles) with at least one of each")
+    if array.dtype.kind not in "fiub":
+        raise AlignError(f"{name}: found dtype {array.dtype}, needed real numbers")
+    array = array.astype(float, copy=False)
+    if not np.isfinite(array).all():
+        raise AlignError(f"{name}: found {array[~np.isfinite(array)][0]} among its angles, needed finite numbers")
+    return array
+
+
+def distances(X, Y, names=("X", "Y")):
     r"""d(p, q) = || X(p) - Y(q) ||^2, the squares added up from the first column to the last.
 
-    X : (P, D), Y : (Q, D)  ->  (P, Q).   Raises AlignError for other shapes, no frames, or numbers that are not finite.
+    X : (P, D), Y : (Q, D), names : what errors call them  ->  (P, Q).
+    Raises AlignError for other shapes, no frames, or numbers that are not real and finite.
     """
-    X, Y = np.asarray(X, dtype=float), np.asarray(Y, dtype=float)
-    for name, array in (("X", X), ("Y", Y)):
-        if array.ndim != 2 or not array.size:
-            raise AlignError(f"{name}: found shape {array.shape}, needed (frames, angles) with at least one of each")
-        if not np.isfinite(array).all():
-            raise AlignError(f"{name}: found {array[~np.isfinite(array)][0]} among its angles, needed finite numbers")
+    X, Y = checked(names[0], X), checked(names[1], Y)
     if X.shape[1] != Y.shape[1]:
-        raise AlignError(f"X, Y: found {X.shape[1]} and {Y.shape[1]} angles a frame, needed as many; are they of one skeleton?")
+        raise AlignError(f"{', '.join(names)}: found {X.shape[1]} and {Y.shape[1]} angles a frame, needed as many; are they of one skeleton?")
     return cdist(X, Y, "sqeuclidean")
 
 
@@ -138,15 +147,19 @@ def per_frame(ssd, lengths):
 def clusters(ssd, threshold):
     """Contents: fragments linked by a chain of matches, where two match when their SSD is below a threshold (section 4).
 
-    ssd : (N, N)  ->  (N,) numbers from 0 in the order of their first fragments
+    ssd : (N, N)  ->  (N,) numbers from 0 in the order of their first fragments.   Raises AlignError for another shape.
     """
+    ssd = np.asarray(ssd)
+    if ssd.ndim != 2 or len(set(ssd.shape)) != 1:
+        raise AlignError(f"ssd: found shape {ssd.shape}, needed (fragments, fragments)")
     _, found = connected_components(ssd < threshold, directed=False)
     _, first, inverse = np.unique(found, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[inverse]
 
 
 def threshold_for(ssd, count):
-    """A threshold that leaves this many clusters: half-way between the last link made and the first not made.
+    """A threshold that leaves this many clusters: half-way between the last link made and the first not made. Where these two are equally
+    long no threshold does; then it is the next one that leaves more.
 
     ssd : (N, N), count from 1 to N  ->  float.   Raises AlignError for a count that cannot be.
     """
@@ -163,9 +176,13 @@ def time_curve(path, smooth=SMOOTH):
     The steps are smoothed by a Gaussian of `smooth` frames, reflected about both ends so that these stay (0 keeps the steps: motion
     then halts where a step stands still). n0_k solves p*(n0_k) = k; where p* stands still it is the middle.
 
-    path : (L, 2)  ->  curve (L, 2), n0 (T_i,), n1 (T_j,)
+    path : (L, 2)  ->  curve (L, 2), n0 (T_i,), n1 (T_j,).   Raises AlignError for a path that equations 4 and 5 do not allow.
     """
-    curve = np.asarray(path, dtype=float)
+    path = np.asarray(path)
+    steps = np.diff(path, axis=0) if path.ndim == 2 else path
+    if path.ndim != 2 or path.shape[1] != 2 or not len(path) or path[0].any() or not (np.isin(steps, (0, 1)).all() and steps.any(axis=1).all()):
+        raise AlignError(f"path: found an array of shape {path.shape}, needed (L, 2) frames from (0, 0) on, each of both going on by 0 or 1 a step")
+    curve = path.astype(float)
     if smooth and len(curve) > 2:
         pad = int(np.ceil(4 * smooth)) + 1
         padded = np.pad(curve, ((pad, pad), (0, 0)), mode="reflect", reflect_type="odd")
@@ -181,8 +198,8 @@ def time_curve(path, smooth=SMOOTH):
 
 
 def synchronised(path, alpha, smooth=SMOOTH):
-    r"""Where each sequence is read for a blend (section 5): T = (1-alpha) T_i + alpha T_j frames (beyond [0, 1] at least half of the shorter
-    sequence, a choice: the line itself would reach 0) at path parameters
+    r"""Where each sequence is read for a blend (section 5): T = (1-alpha) T_i + alpha T_j frames (halves rounded to the even number; beyond
+    [0, 1] at least half of the shorter sequence, a choice: the line itself would reach 0) at path parameters
 
         n^alpha_k = (1-alpha) n0(k (T_i-1)/(T-1)) + alpha n1(k (T_j-1)/(T-1)),
 
@@ -215,15 +232,20 @@ def interpolate(a, b, alpha, path=None, up="y", smooth=SMOOTH):
     The root's height likewise; its steps over the floor and turns are averaged as its own body sees them (ahead, aside, turning) and
     added up again from a start between both.
 
-    a, b : Fragment;  alpha in [-0.25, 1.25], 0 gives back a and 1 gives b;  path : w* if it is known   ->  Fragment
-    Raises AlignError for another alpha or frame rates that differ.
+    a, b : Fragment;  alpha in [-0.25, 1.25], 0 gives back a and 1 gives b;  path : w* if it is known;  up : "y" or "z"   ->  Fragment
+    Raises AlignError for another alpha, frame rates or angles that differ, and a path of other fragments.
     """
     if not LOWEST <= alpha <= HIGHEST:
         raise AlignError(f"alpha: found {alpha}, needed {LOWEST} to {HIGHEST}")
     if a.fps != b.fps:
         raise AlignError(f"{a.name}, {b.name}: found {a.fps:g} and {b.fps:g} frames/s, needed the same; resample one of them")
+    if a.angles.shape[1:] != b.angles.shape[1:]:
+        raise AlignError(f"{a.name}, {b.name}: found angles of shapes {a.angles.shape} and {b.angles.shape}, needed those of one skeleton")
     path = dtw(a.angles, b.angles)[1] if path is None else path
     p, q = synchronised(path, alpha, smooth)
+    if (p[-1], q[-1]) != (a.frames - 1, b.frames - 1):
+        raise AlignError(f"path: found its end at frames {p[-1]:g} and {q[-1]:g}, needed {a.frames - 1} and {b.frames - 1}, the last of "
+                         f"{a.name} and {b.name}; is it another pair's?")
     angles = (1 - alpha) * read_at(a.angles, p) + alpha * read_at(b.angles, q)
     root = _blend_roots(read_at(a.root, p), read_at(b.root, q), alpha, up)
     same = a.content if a.content == b.content else None

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
-from .align import HIGHEST, LOWEST, read_at
+from .align import HIGHEST, LOWEST, interpolate, read_at
 from .database import Database, blend_inputs, coefficients, embedded_database, random_blends, read_database, without
-from .observe import EFFORTS
+from .observe import EFFORTS, observe
 from .regress import MODELS, fit_model, fit_pca, predict
 from .segment import segment
 from .synthesise import contents_of, join, observed_style, restyle
@@ -84,25 +84,38 @@ def table_1(database, splits=SPLITS, *, blends=BLENDS, training=TRAINING, models
     return errors
 
 
-def figure_1(database, model, projection, *, pairs=3, points=61, seed=0):
-    """Predicted efforts against alpha for some pairs, each of another content as far as there are.
+@dataclass(frozen=True)
+class Curves:
+    """Efforts against alpha for one pair of fragments.
 
-    ->  [(name of i, name of j)], alpha (points,), (pairs, points, 3) predicted, (pairs, points, 3) of linear interpolation
+    pair : (i, j) fragment numbers;  alpha : (points,);  predicted, linear : (points, 3) by f and by linear interpolation;
+    tried : (looks,) alphas of blends that were made, observed : (looks, 3) as the computed observer sees these.
     """
+
+    pair: tuple
+    alpha: np.ndarray = field(repr=False)
+    predicted: np.ndarray = field(repr=False)
+    linear: np.ndarray = field(repr=False)
+    tried: np.ndarray = field(repr=False)
+    observed: np.ndarray = field(repr=False)
+
+
+def figure_1(database, model, projection, *, pairs=3, points=61, looks=13, seed=0):
+    """Predicted efforts against alpha for some pairs, each of another content as far as there are, and what is observed.   ->  list of Curves"""
     rng = np.random.default_rng([seed, 12])
     contents = list(dict.fromkeys(fragment.content for fragment in database.fragments))
     rng.shuffle(contents)
-    alpha = np.linspace(LOWEST, HIGHEST, points)
+    alpha, tried = np.linspace(LOWEST, HIGHEST, points), np.linspace(LOWEST, HIGHEST, looks)
     c, e = coefficients(database, projection), database.styles
-    names, curves, lines = [], [], []
+    found = []
     for n in range(pairs):
         members = [k for k, fragment in enumerate(database.fragments) if fragment.content == contents[n % len(contents)]]
-        i, j = rng.choice(members, 2, replace=False)
-        Z = blend_inputs(c, e, np.tile([i, j], (points, 1)), alpha)
-        names.append((database.fragments[i].name, database.fragments[j].name))
-        curves.append(predict(model, Z))
-        lines.append((1 - alpha[:, None]) * e[i] + alpha[:, None] * e[j])
-    return names, alpha, np.array(curves), np.array(lines)
+        i, j = (int(k) for k in rng.choice(members, 2, replace=False))
+        predicted = predict(model, blend_inputs(c, e, np.tile([i, j], (points, 1)), alpha))
+        linear = (1 - alpha[:, None]) * e[i] + alpha[:, None] * e[j]
+        blends = [interpolate(database.fragments[i], database.fragments[j], a, up=database.body.up) for a in tried]
+        found.append(Curves((i, j), alpha, predicted, linear, tried, np.array([observe(blend, database.observer) for blend in blends])))
+    return found
 
 
 def disguised(angles, rng, warp=WARP, noise=NOISE):

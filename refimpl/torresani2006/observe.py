@@ -1,8 +1,17 @@
 r"""Styles as points e = (flow, weight, time) in [-3, 3]^3: from an analyst's label file, or from the computed observer.
 
-The computed observer is no analyst. It measures a motion with the kinematic descriptors of effort that Larboulette and Gibet 2015, "A review
-of computable expressive descriptors of human motion", collect from the literature (weight: kinetic energy; time: acceleration; flow: jerk),
-and says how far a fragment lies from the others of its content.
+The computed observer is no analyst. It starts from three descriptors that Larboulette and Gibet 2015, "A review of computable expressive
+descriptors of human motion", collect from the literature, here with alpha_k the weight of joint k and T a window of time:
+
+    Weight(T) = max over t in T of sum_k alpha_k |v_k(t)|^2        (their equations 22 and 23; large: strong)
+    Time(T)   = sum_k alpha_k 1/T sum_t |a_k(t)|                   (24 and 25; large: sudden)
+    Flow(T)   = sum_k alpha_k 1/T sum_t |jerk_k(t)|                (29 and 30; large: bound)
+
+Ours are these with all joints of one weight and the whole fragment as the window, and depart from them in five points (choices):
+derivatives are differences of neighbouring frames (theirs are central, over two frames for velocity and four for jerk); logarithms are
+taken, so that a fragment twice as fast is as far from the usual as one half as fast; time is relative to speed and flow to acceleration
+(`descriptors`); flow has the opposite sign, free above bound as in Torresani 2006; and the result says how far a fragment lies from the
+others of its content, in standard deviations (`observe`), since a kick is stronger than a wave whoever does it.
 """
 
 import csv
@@ -26,23 +35,33 @@ class ObserveError(ValueError):
     """A motion too short to observe, or no fragments to compare with."""
 
 
-def kinematics(fragment, body):
-    r"""Four numbers from the joints' paths p_j by differences from frame to frame:
+def measures(positions, fps):
+    r"""Four numbers from the joints' paths p_j, by differences of neighbouring frames:   v(t) = fps (p(t+1) - p(t)), likewise a from v, jerk from a
 
-        energy       max over t of 1/2 sum_j |v_j|^2      (all joints of one mass)
+        energy       max over t of 1/2 sum_j |v_j|^2      (all joints of one mass, 1)
         speed        mean over t and j of |v_j|
         acceleration mean over t and j of |a_j|
-        jerk         mean over t and j of |da_j/dt|
+        jerk         mean over t and j of |jerk_j|
 
-    ->  (4,) in powers of the file's length unit and seconds.   Raises ObserveError for fewer than four frames.
+    positions : (T, J, 3), T at least 4   ->  (4,) in powers of their unit and of seconds.   Raises ObserveError for another shape.
     """
-    if fragment.frames < 4:
-        raise ObserveError(f"{fragment.name}: found {fragment.frames} frames, needed at least 4 to see a jerk")
-    velocity = np.diff(joint_positions(fragment, body), axis=0) * fragment.fps
-    acceleration = np.diff(velocity, axis=0) * fragment.fps
-    jerk = np.diff(acceleration, axis=0) * fragment.fps
+    positions = np.asarray(positions, dtype=float)
+    if positions.ndim != 3 or positions.shape[2] != 3 or not positions.shape[1] or len(positions) < 4:
+        raise ObserveError(f"positions: found shape {positions.shape}, needed (frames, joints, 3) with at least 4 frames to see a jerk")
+    if not fps > 0:
+        raise ObserveError(f"fps: found {fps}, needed frames a second above 0")
+    velocity = np.diff(positions, axis=0) * fps
+    acceleration = np.diff(velocity, axis=0) * fps
+    jerk = np.diff(acceleration, axis=0) * fps
     means = [np.linalg.norm(x, axis=-1).mean() for x in (velocity, acceleration, jerk)]
     return np.array([0.5 * np.sum(velocity ** 2, axis=(1, 2)).max(), *means])
+
+
+def kinematics(fragment, body):
+    """`measures` of a fragment.   ->  (4,) energy, speed, acceleration, jerk.   Raises ObserveError for fewer than four frames."""
+    if fragment.frames < 4:
+        raise ObserveError(f"{fragment.name}: found {fragment.frames} frames, needed at least 4 to see a jerk")
+    return measures(joint_positions(fragment, body), fragment.fps)
 
 
 def descriptors(fragment, body, relative=True):
@@ -51,8 +70,9 @@ def descriptors(fragment, body, relative=True):
         weight = log energy,   time = log (acceleration / speed),   flow = -log (jerk / acceleration)
 
     Energy, acceleration and jerk all grow with speed; each of the higher ones is therefore taken relative to the one below (a choice), or
-    a fast motion would always be strong, sudden and bound at once. relative=False gives log energy, log acceleration, -log jerk.
-    ->  (3,)
+    a fast motion would always be strong, sudden and bound at once. relative=False gives log energy, log acceleration, -log jerk, the
+    published ones but for their logarithms and signs. A measure below 1e-12 counts as 1e-12: a body that stands still has a style too.
+    ->  (3,) flow, weight, time
     """
     energy, speed, acceleration, jerk = np.log(np.maximum(kinematics(fragment, body), 1e-12))
     return np.array([acceleration - jerk, energy, acceleration - speed] if relative else [-jerk, energy, acceleration])

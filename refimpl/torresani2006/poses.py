@@ -118,6 +118,8 @@ def fit_body(clips):
     clips : bvh.Clip, at least one   ->  Body.   Raises PoseError when names or parents differ.
     """
     clips = list(clips)
+    if not clips:
+        raise PoseError("clips: found none, needed at least one to know the skeleton from")
     first = clips[0]
     for number, clip in enumerate(clips):
         if clip.names != first.names or not np.array_equal(clip.parents, first.parents):

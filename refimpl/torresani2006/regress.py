@@ -1,14 +1,15 @@
 r"""Learning the style of an interpolation (Torresani 2006, section 6): from z = [c_i, c_j, e_i, e_j, alpha] to e = (flow, weight, time).
 
-c are principal components of the joint angles, e styles. Each effort is a regression of its own, with its own hyper-parameters.
-Inputs are standardised by the training examples and the mean label is taken out and put back (choices; the paper is silent).
+c are principal components of the joint angles in radians, e styles. Each effort is a regression of its own, with its own hyper-parameters.
+Inputs are standardised by the training examples and the mean label is taken out and put back, so that no ridge pulls at a constant (choices;
+the paper is silent, and its equation 7 has no constant).
 """
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from .align import read_at
+from .align import checked, read_at
 from .svr import fit_svr
 
 COMPONENTS, LENGTH = 3, 50
@@ -18,7 +19,8 @@ WIDTHS = (0.02, 0.06, 0.2, 0.6, 2.0)                         # gamma times the n
 LAMBDAS = tuple(10.0 ** np.arange(-4, 1.5, 0.5))
 LINEAR_LAMBDAS = tuple(10.0 ** np.arange(-2, 3.5, 0.5))
 BOXES, EPSILONS = (1.0, 5.0, 25.0), (0.05, 0.2)
-TUNING_TOLERANCE = 1e-2                                      # of the support vector machines that only choose hyper-parameters
+TUNING_TOLERANCE, FINAL_TOLERANCE = 1e-2, 1e-4               # of the support vector machines that choose hyper-parameters, and of the last
+E_I, E_J, ALPHA = slice(-7, -4), slice(-4, -1), slice(-1, None)          # where z has the styles and alpha, after both c
 
 
 class RegressError(ValueError):
@@ -35,15 +37,20 @@ class Projection:
 
 
 def stretched(angles, length=LENGTH):
-    """Joint angles at a set number of frames, first on first and last on last.   (T, D)  ->  (length, D)"""
+    """Joint angles at a set number of frames, linearly, first on first and last on last.   (T, D)  ->  (length, D)"""
     return read_at(angles, np.linspace(0, len(angles) - 1, length))
 
 
 def fit_pca(sequences, components=COMPONENTS, length=LENGTH):
     r"""The directions of largest variance of the stretched sequences: the first right singular vectors of X - mean.
 
-    sequences : list of (T_i, D)   ->  Projection; each direction's largest element is positive.   Raises RegressError for too few of them.
+    sequences : list of (T_i, D)   ->  Projection; the largest element of each direction by size, the first of equals, is positive.
+    Raises RegressError for too few sequences, AlignError for one that is none, for no length, or angles that differ in number.
     """
+    sequences = [checked(f"sequences[{i}]", angles) for i, angles in enumerate(sequences)]
+    if length < 1 or len({angles.shape[1] for angles in sequences}) != 1:
+        raise RegressError(f"sequences: found angles a frame {sorted({angles.shape[1] for angles in sequences})} to be stretched to {length} "
+                           "frames, needed one number for all and at least one frame")
     X = np.stack([stretched(angles, length).ravel() for angles in sequences])
     if not 1 <= components <= min(X.shape):
         raise RegressError(f"components: found {components}, needed 1 to {min(X.shape)} for {len(X)} fragments")
@@ -54,7 +61,7 @@ def fit_pca(sequences, components=COMPONENTS, length=LENGTH):
 
 
 def project(projection, angles):
-    """c = basis (x - mean).   (T, D)  ->  (components,)"""
+    """c = basis (x - mean).   (T, D) radians  ->  (components,)"""
     return projection.basis @ (stretched(angles, projection.length).ravel() - projection.mean)
 
 
@@ -64,19 +71,35 @@ def inputs(c_i, c_j, e_i, e_j, alpha):
 
 
 def linear_interpolation(Z):
-    """The baseline that needs no training:   (1 - alpha) e_i + alpha e_j.   Z : (M, 2 components + 7)  ->  (M, 3)"""
-    e_i, e_j, alpha = Z[:, -7:-4], Z[:, -4:-1], Z[:, -1:]
-    return (1 - alpha) * e_i + alpha * e_j
+    """The baseline that needs no training:   (1 - alpha) e_i + alpha e_j.   Z : (M, 2 components + 7)  ->  (M, 3)
+
+    Section 8 prints alpha e_i + (1 - alpha) e_j; that contradicts section 5, where alpha = 0 gives X_i, and section 5 holds here.
+    """
+    alpha = Z[:, ALPHA]
+    return (1 - alpha) * Z[:, E_I] + alpha * Z[:, E_J]
 
 
 def linear_ridge(Z, Y, ridge):
-    r"""Equations 6 and 7 with a squared loss:   theta = (Z^T Z + lambda I)^-1 Z^T Y.   Z : (N, d), Y : (N, ...)  ->  theta (d, ...)"""
+    r"""Equations 6 and 7 with a squared loss, lambda for the paper's U:   theta = (Z^T Z + lambda I)^-1 Z^T Y
+
+    Z : (N, d), Y : (N, ...), ridge : lambda above 0   ->  theta (d, ...).   Raises RegressError for another lambda.
+    """
+    _check_ridge(ridge)
     return np.linalg.solve(Z.T @ Z + ridge * np.eye(Z.shape[1]), Z.T @ Y)
 
 
 def kernel_ridge(K, Y, ridge):
-    r"""The same in the space of the kernel:   a = (K + lambda I)^-1 Y,   f(z) = sum_n a_n k(z_n, z).   K : (N, N), Y : (N, ...)  ->  a"""
+    r"""The same in the space of the kernel:   a = (K + lambda I)^-1 Y,   f(z) = sum_n a_n k(z_n, z)
+
+    K : (N, N), Y : (N, ...), ridge : lambda above 0   ->  a (N, ...).   Raises RegressError for another lambda.
+    """
+    _check_ridge(ridge)
     return np.linalg.solve(K + ridge * np.eye(len(K)), Y)
+
+
+def _check_ridge(ridge):
+    if not 0 < ridge < np.inf:
+        raise RegressError(f"ridge: found {ridge}, needed lambda above 0")
 
 
 def gaussian_kernel(A, B, gamma):
@@ -98,6 +121,7 @@ def ridge_errors(K, Y, ridges, folds):
     r"""Mean squared error on the held-out examples, for many lambdas at once, without solving anew for each fold.
 
     With A = (K + lambda I)^-1 of all examples, the errors on a fold F of the model trained without it are   (A_FF)^-1 (A Y)_F.
+    In `fit_model` the mean label and the scale of the inputs come from all examples, those of F among them: a small approximation.
 
     K : (N, N), Y : (N, E), ridges : (L,), folds : (N,)  ->  (L, E)
     """
@@ -153,42 +177,76 @@ def fit_model(kind, Z, Y, rng):
 
     Z : (N, d) of `inputs`, Y : (N, 3) styles, rng : deals the folds   ->  StyleModel.   Raises RegressError.
     """
-    if kind not in MODELS:
-        raise RegressError(f"kind: found {kind!r}, needed one of {', '.join(MODELS)}")
-    if len(Z) != len(Y) or len(Z) < 4 or not (np.isfinite(Z).all() and np.isfinite(Y).all()):
-        raise RegressError(f"Z, Y: found {len(Z)} and {len(Y)} examples, needed as many, at least 4, all finite")
-    E = Y.shape[1]
-    shift, scale = Z.mean(axis=0), Z.std(axis=0)
-    scale = np.where(scale > 1e-12, scale, 1.0)
-    X, none = (Z - shift) / scale, np.zeros(E)
-    offset, folds = Y.mean(axis=0), make_folds(len(Z), rng)
+    Z, Y = _examples(kind, Z, Y)
+    folds = make_folds(len(Z), rng)
     if kind == "linear interpolation":
-        return StyleModel(kind, X, shift, scale, np.zeros((0, E)), none, none, ())
+        return fit_with(kind, Z, Y, [{}] * Y.shape[1])
+    shift, scale = _standard(Z)
+    X, centred = (Z - shift) / scale, Y - Y.mean(axis=0)
     if kind == "linear ridge":
-        best = ridge_errors(X @ X.T, Y - offset, LINEAR_LAMBDAS, folds).argmin(axis=0)
-        weights = np.stack([linear_ridge(X, Y[:, n] - offset[n], LINEAR_LAMBDAS[best[n]]) for n in range(E)], axis=1)
-        return StyleModel(kind, X, shift, scale, weights, offset, none, tuple({"lambda": float(LINEAR_LAMBDAS[k])} for k in best))
+        best = ridge_errors(X @ X.T, centred, LINEAR_LAMBDAS, folds).argmin(axis=0)
+        return fit_with(kind, Z, Y, [{"lambda": float(LINEAR_LAMBDAS[k])} for k in best])
     gammas = np.array(WIDTHS) / X.shape[1]
     Ks = np.exp(-gammas[:, None, None] * squared_distances(X, X))
-    weights, chosen = np.empty((len(X), E)), []
     if kind == "kernel ridge":
-        errors = np.stack([ridge_errors(K, Y - offset, LAMBDAS, folds) for K in Ks])
-        for n in range(E):
-            g, k = np.unravel_index(errors[..., n].argmin(), errors.shape[:2])
-            weights[:, n] = kernel_ridge(Ks[g], Y[:, n] - offset[n], LAMBDAS[k])
-            chosen.append({"gamma": float(gammas[g]), "lambda": float(LAMBDAS[k])})
+        errors = np.stack([ridge_errors(K, centred, LAMBDAS, folds) for K in Ks])                # (widths, lambdas, E)
+        grid = [{"gamma": float(gamma), "lambda": float(ridge)} for gamma in gammas for ridge in LAMBDAS]
     else:
-        errors, offset = svr_errors(Ks, Y, BOXES, EPSILONS, folds), offset.copy()
-        for n in range(E):
-            g, c, p = np.unravel_index(errors[..., n].argmin(), errors.shape[:3])
-            beta, b = fit_svr(Ks[g:g + 1], Y[None, :, n], BOXES[c], EPSILONS[p], tolerance=1e-4)
-            weights[:, n], offset[n] = beta[0], b[0]
-            chosen.append({"gamma": float(gammas[g]), "C": BOXES[c], "epsilon": EPSILONS[p]})
-    return StyleModel(kind, X, shift, scale, weights, offset, np.array([c["gamma"] for c in chosen]), tuple(chosen))
+        errors = svr_errors(Ks, Y, BOXES, EPSILONS, folds)                                       # (widths, C, epsilon, E)
+        grid = [{"gamma": float(gamma), "C": C, "epsilon": epsilon} for gamma in gammas for C in BOXES for epsilon in EPSILONS]
+    return fit_with(kind, Z, Y, [grid[k] for k in errors.reshape(len(grid), -1).argmin(axis=0)])
+
+
+def fit_with(kind, Z, Y, chosen, tolerance=FINAL_TOLERANCE):
+    """Train one of the four models with hyper-parameters that are known.
+
+    Z : (N, d), Y : (N, E);  chosen : for each of the E efforts {} or {"lambda"} (linear ridge), {"gamma", "lambda"} (kernel ridge),
+    {"gamma", "C", "epsilon"} (support vector), gamma for standardised inputs;  tolerance : of the support vector machine   ->  StyleModel
+    Raises RegressError, SVRError.
+    """
+    Z, Y = _examples(kind, Z, Y)
+    shift, scale = _standard(Z)
+    X, offset = (Z - shift) / scale, Y.mean(axis=0)
+    none = np.zeros(Y.shape[1])
+    if kind == "linear interpolation":
+        return StyleModel(kind, X, shift, scale, np.zeros((0, len(none))), none, none, ())
+    columns = [Y[:, n] - offset[n] for n in range(len(none))]
+    if kind == "linear ridge":
+        weights = [linear_ridge(X, y, c["lambda"]) for y, c in zip(columns, chosen)]
+        return StyleModel(kind, X, shift, scale, np.stack(weights, axis=1), offset, none, tuple(chosen))
+    gamma = np.array([c["gamma"] for c in chosen])
+    Ks = [gaussian_kernel(X, X, g) for g in gamma]
+    if kind == "kernel ridge":
+        weights = [kernel_ridge(K, y, c["lambda"]) for K, y, c in zip(Ks, columns, chosen)]
+    else:
+        fits = [fit_svr(K[None], Y[None, :, n], c["C"], c["epsilon"], tolerance=tolerance) for n, (K, c) in enumerate(zip(Ks, chosen))]
+        weights, offset = [beta[0] for beta, _ in fits], np.array([b[0] for _, b in fits])
+    return StyleModel(kind, X, shift, scale, np.stack(weights, axis=1), offset, gamma, tuple(chosen))
+
+
+def _examples(kind, Z, Y):
+    """Checked.   ->  Z (N, d), Y (N, E) as float64"""
+    if kind not in MODELS:
+        raise RegressError(f"kind: found {kind!r}, needed one of {', '.join(MODELS)}")
+    Z, Y = np.asarray(Z, dtype=float), np.asarray(Y, dtype=float)
+    if Z.ndim != 2 or Y.ndim != 2:
+        raise RegressError(f"Z, Y: found shapes {Z.shape} and {Y.shape}, needed (examples, inputs) and (examples, efforts)")
+    if len(Z) != len(Y) or len(Z) < 4 or not (np.isfinite(Z).all() and np.isfinite(Y).all()):
+        raise RegressError(f"Z, Y: found {len(Z)} and {len(Y)} examples, needed as many, at least 4, all finite")
+    return Z, Y
+
+
+def _standard(Z):
+    """Mean and standard deviation of each input; 1 for one that does not vary.   (N, d)  ->  (d,), (d,)"""
+    scale = Z.std(axis=0)
+    return Z.mean(axis=0), np.where(scale > 1e-12, scale, 1.0)
 
 
 def predict(model, Z):
-    """f(z) for many z.   Z : (M, d)  ->  (M, 3) flow, weight, time"""
+    """f(z) for many z.   Z : (M, d)  ->  (M, 3) flow, weight, time.   Raises RegressError for other inputs than the model learnt from."""
+    Z = np.asarray(Z, dtype=float)
+    if Z.ndim != 2 or Z.shape[1] != len(model.shift):
+        raise RegressError(f"Z: found shape {Z.shape}, needed (M, {len(model.shift)}), inputs as the model learnt from")
     if model.kind == "linear interpolation":
         return linear_interpolation(Z)
     X = (Z - model.shift) / model.scale

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .align import distances
+from .align import AlignError, checked, distances
 
 
 class SegmentError(ValueError):
@@ -16,7 +16,8 @@ class SegmentError(ValueError):
 
 @dataclass(frozen=True)
 class Piece:
-    """A stretch of Y and the fragment that it matches.   start, end : frames of Y, the end not included;  cost : the piece's share of eq. 8."""
+    """A stretch of Y and the fragment that it matches.   start, end : frames of Y, the end not included;
+    cost : the piece's share of equation 8, radians squared."""
 
     fragment: int
     start: int
@@ -35,14 +36,18 @@ def segment(Y, fragments):
     fragment that can best end there. Following these back from the end of Y gives the pieces. Of equal costs: the diagonal step, then
     p-1, then q-1; staying in a fragment before entering one; the first fragment.
 
-    Y : (T, D), fragments : list of (T_i, D)   ->  total cost, list of Piece
-    Raises SegmentError without fragments, AlignError for other columns or numbers that are not finite.
+    Y : (T, D) radians, fragments : list of (T_i, D)   ->  total cost in radians squared, list of Piece
+    Raises SegmentError without fragments, AlignError for other columns, no frames, or numbers that are not real and finite.
     """
     if not len(fragments):
         raise SegmentError("fragments: found none, needed at least one to match with")
+    Y, fragments = checked("Y", Y), [checked(f"fragments[{i}]", X) for i, X in enumerate(fragments)]
+    for i, X in enumerate(fragments):
+        if X.shape[1] != Y.shape[1]:
+            raise AlignError(f"fragments[{i}]: found {X.shape[1]} angles a frame, needed {Y.shape[1]} as in Y; are they of one skeleton?")
     lengths = np.array([len(X) for X in fragments])
     T, N, Q = len(Y), len(fragments), lengths.max()
-    d = distances(Y, np.concatenate(list(fragments)))                                       # (T, sum of T_i)
+    d = distances(Y, np.concatenate(fragments))                                       # (T, sum of T_i)
     columns = np.minimum(np.cumsum(lengths)[:, None] - lengths[:, None] + np.arange(Q), d.shape[1] - 1).T    # (Q, N) into d
     rows = np.arange(Q)[:, None]
     beyond = rows >= lengths

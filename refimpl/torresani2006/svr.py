@@ -62,9 +62,11 @@ def fit_svr(K, y, C, epsilon, *, kernel=None, tolerance=TOLERANCE, steps=STEPS):
     kernel : (B,) which matrix each problem has, the first unless given   ->  beta (B, n), b (B,)
     Raises SVRError for shapes or constants that cannot be, or when `steps` were not enough.
     """
-    y = np.asarray(y, dtype=float)
+    y, K = np.asarray(y, dtype=float), np.asarray(K, dtype=float)
     if y.ndim != 2 or K.ndim != 3 or K.shape[1:] != (y.shape[1],) * 2:
         raise SVRError(f"K, y: found shapes {K.shape} and {y.shape}, needed (G, n, n) and (B, n)")
+    if not (np.isfinite(K).all() and np.isfinite(y).all()):
+        raise SVRError("K, y: found numbers that are not finite, needed finite ones")
     B, n = y.shape
     C = np.broadcast_to(np.asarray(C, dtype=float), (B, n))
     epsilon = np.broadcast_to(np.asarray(epsilon, dtype=float), (B,))

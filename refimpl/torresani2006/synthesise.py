@@ -13,8 +13,8 @@ from .poses import HEADING, Fragment, exponential_maps, rotation_matrices
 from .regress import predict
 from .segment import segment
 
-NEIGHBOURS, SAMPLES = 12, 13
-GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+NEIGHBOURS, SAMPLES, LOOKS = 12, 13, 8
+GOLDEN, TOLERANCE = (np.sqrt(5.0) - 1.0) / 2.0, 1e-5
 SEAM = 0.6                                                   # seconds on either side of a joint
 
 
@@ -50,15 +50,21 @@ def neighbours(database, i, count=NEIGHBOURS):
     return nearest[:min(count, same.sum())]
 
 
-def golden_section(f, low, high, tolerance=1e-5):
+def golden_section(f, low, high, tolerance=TOLERANCE):
     r"""The minimum of many functions of one number side by side, each between its own ends.
 
-    Two points inside, at 0.382 and 0.618 of the interval; the end beyond the worse one moves there, and the better one is kept as one of
-    the next two: the interval shrinks by 0.618 at the cost of one evaluation.
+    Two points inside, at 0.382 and 0.618 of the interval; the end beyond the worse one moves there (of two equal ones beyond the left), and
+    the better one is kept as one of the next two: the interval shrinks by 0.618 at the cost of one evaluation.
 
-    f : (M,) -> (M,);  low, high : (M,)   ->  (M,) to within `tolerance`
+    f : (M,) -> (M,);  low, high : (M,)   ->  (M,) the middle of the last interval, which is no wider than `tolerance`
+    Raises SynthesisError for ends that are not in order, or a tolerance finer than numbers of their size are.
     """
     low, high = np.array(low, dtype=float), np.array(high, dtype=float)
+    if low.shape != high.shape or low.ndim != 1 or not (low <= high).all() or not np.isfinite(high - low).all():
+        raise SynthesisError(f"low, high: found shapes {low.shape} and {high.shape}, needed finite numbers (M,), low <= high")
+    finest = 8 * np.finfo(float).eps * max(np.abs(low).max(initial=0), np.abs(high).max(initial=0))
+    if not tolerance > finest:
+        raise SynthesisError(f"tolerance: found {tolerance}, needed a width above {finest:.1g}")
     left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
     f_left, f_right = f(left), f(right)
     while (high - low).max(initial=0) > tolerance:
@@ -72,28 +78,37 @@ def golden_section(f, low, high, tolerance=1e-5):
     return 0.5 * (low + high)
 
 
-def choose(database, model, projection, members, target, samples=SAMPLES):
-    r"""Equation 12:   alpha*, k*, l* = arg min || e - f(z_kl(alpha)) ||   over pairs of members and alpha in [-0.25, 1.25].
+def best_alpha(error, count, samples=SAMPLES, tolerance=TOLERANCE):
+    """The search of section 7.2 for many pairs side by side: the best of M uniform samples of alpha in [-0.25, 1.25], then a golden-section
+    search between its neighbours; the sample itself where the search ends no lower.
 
-    M uniform samples of alpha for every pair, then a golden-section search between the neighbours of the best sample.
+    error : (count,) alphas, one a pair -> (count,), smooth;  samples : M, at least 2   ->  (count,) alphas.   Raises SynthesisError.
+    """
+    if samples < 2:
+        raise SynthesisError(f"samples: found {samples}, needed at least 2 alphas to try")
+    grid = np.linspace(LOWEST, HIGHEST, samples)
+    best = np.argmin([error(np.full(count, alpha)) for alpha in grid], axis=0)
+    alpha = golden_section(error, grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, samples - 1)], tolerance)
+    return np.where(error(alpha) <= error(grid[best]), alpha, grid[best])
+
+
+def choose(database, model, projection, members, target, samples=SAMPLES):
+    r"""Equation 12:   alpha*, k*, l* = arg min || e - f(z_kl(alpha)) ||   over pairs of members and alpha in [-0.25, 1.25] (`best_alpha`).
 
     members : (K,) fragments, target : (3,), samples : M, at least 2   ->  list of Choice, one for each ordered pair, best first
     Raises SynthesisError for fewer than two members, or a target outside [-3, 3].
     """
     target = check_style(target)
-    if len(members) < 2 or samples < 2:
-        raise SynthesisError(f"members, samples: found {len(members)} fragments of this content and {samples} samples, needed at least 2 of "
-                             "either; a style is made between two performances of one action")
+    if len(members) < 2:
+        raise SynthesisError(f"members: found {len(members)} fragments of this content, needed at least 2; a style is made between two "
+                             "performances of one action")
     pairs = np.array([(i, j) for i in members for j in members if i != j])
     c, e = coefficients(database, projection), database.styles
 
     def error(alpha):
         return np.linalg.norm(predict(model, blend_inputs(c, e, pairs, alpha)) - target, axis=1)
 
-    grid = np.linspace(LOWEST, HIGHEST, samples)
-    best = np.argmin([error(np.full(len(pairs), alpha)) for alpha in grid], axis=0)
-    alpha = golden_section(error, grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, samples - 1)])
-    alpha = np.where(error(alpha) <= error(grid[best]), alpha, grid[best])
+    alpha = best_alpha(error, len(pairs), samples)
     predicted, errors = predict(model, blend_inputs(c, e, pairs, alpha)), error(alpha)
     order = np.argsort(errors, kind="stable")
     return [Choice(int(pairs[n, 0]), int(pairs[n, 1]), float(alpha[n]), predicted[n], float(errors[n])) for n in order]
@@ -114,8 +129,10 @@ def join(parts, body, seam=SEAM):
     joint, delta = log(exp(-v)^T A_last^T B_first) with v the mean step of both, is shared: half of it fades in before the seam and half
     fades out after it. Height likewise.
 
-    parts : list of Fragment, at least one   ->  Fragment
+    parts : list of Fragment, at least one, of one frame rate;  seam : seconds on either side   ->  Fragment.   Raises SynthesisError.
     """
+    if not parts or len({part.fps for part in parts}) != 1:
+        raise SynthesisError(f"parts: found {len(parts)} of {sorted({part.fps for part in parts})} frames/s, needed at least one, all of one rate")
     placed = [parts[0]]
     for part in parts[1:]:
         placed.append(_set_down(part, placed[-1], body))
@@ -159,26 +176,37 @@ def _set_down(part, before, body):
     return replace(part, root=root)
 
 
-def synthesise(Y, database, model, projection, target, *, count=NEIGHBOURS, samples=SAMPLES, looks=1):
+def synthesise(Y, database, model, projection, target, *, count=NEIGHBOURS, samples=SAMPLES, looks=None):
     """A motion with the content of Y and the style that is asked for (section 7).
 
     Y : Fragment of the database's body and frame rate;  model, projection : of `database.train`;  target : (3,) flow, weight, time;
-    looks : see `restyle`   ->  Synthesis, set down where Y begins.   Raises SynthesisError, SegmentError.
+    count, samples, looks : see `restyle`   ->  Synthesis, set down where Y begins.   Raises SynthesisError, SegmentError.
     """
     target = check_style(target)
+    if Y.fps != database.fragments[0].fps:
+        raise SynthesisError(f"{Y.name}: found {Y.fps:g} frames/s, needed {database.fragments[0].fps:g} as in the database")
     _, pieces = segment(Y.angles, [fragment.angles for fragment in database.fragments])
     return restyle(Y, pieces, database, model, projection, target, count=count, samples=samples, looks=looks)
 
 
-def restyle(Y, pieces, database, model, projection, target, *, count=NEIGHBOURS, samples=SAMPLES, looks=1):
+def restyle(Y, pieces, database, model, projection, target, *, count=NEIGHBOURS, samples=SAMPLES, looks=None):
     """`synthesise` for a motion that is cut already.
 
-    pieces : list of Piece;  looks : how many of the best pairs are blended; of these the one is taken that the computed observer sees
-    nearest to the target. 1 is equation 12, which trusts f alone   ->  Synthesis
+    pieces : list of Piece;  count : K of section 7.2, within the content;  looks : how many of the best pairs are blended; of these the one
+    is taken that the computed observer sees nearest to the target. 1 is equation 12, which trusts f alone, and the default where an
+    analyst's labels count, since the computed observer is no judge of these; otherwise the default is 8   ->  Synthesis
     """
+    looks = (1 if database.labelled else LOOKS) if looks is None else looks
+    if looks < 1:
+        raise SynthesisError(f"looks: found {looks}, needed at least 1 pair to blend")
     target, choices, parts = check_style(target), [], []
     for piece in pieces:
-        best = choose(database, model, projection, neighbours(database, piece.fragment, count), target, samples)[:looks]
+        members = neighbours(database, piece.fragment, count)
+        if len(members) < 2:
+            content = database.fragments[piece.fragment].content
+            raise SynthesisError(f"frames {piece.start} to {piece.end} match {content!r}: found {len(members)} fragment of it to blend, needed at "
+                                 "least 2; add performances of this action to the database, or raise the number of neighbours")
+        best = choose(database, model, projection, members, target, samples)[:looks]
         blends = [interpolate(database.fragments[c.i], database.fragments[c.j], c.alpha, up=database.body.up) for c in best]
         misses = [np.linalg.norm(observe(blend, database.observer) - target) for blend in blends] if looks > 1 else [0.0]
         choices.append(best[int(np.argmin(misses))])

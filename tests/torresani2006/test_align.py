@@ -1,5 +1,6 @@
 """Dynamic time warping against the enumeration of all paths and against other libraries; interpolation exact at both ends."""
 
+from dataclasses import replace
 from functools import lru_cache
 import time
 
@@ -160,3 +161,19 @@ def test_errors(pair):
         align.dtw(np.zeros((1, 1)), np.full((1, 1), np.nan))
     with pytest.raises(align.AlignError, match=r"X: found shape \(0, 2\)"):
         align.dtw(np.zeros((0, 2)), np.zeros((4, 2)))
+    with pytest.raises(align.AlignError, match="Y: found dtype complex128"):
+        align.dtw(np.zeros((4, 2)), np.zeros((4, 2), complex))
+    with pytest.raises(align.AlignError, match=r"ssd: found shape \(2, 3\)"):
+        align.clusters(np.zeros((2, 3)), 1.0)
+
+
+def test_wrong_paths(pair):
+    a, b = pair
+    w = align.dtw(a.angles, b.angles)[1]
+    for path, message in ((w[:-1], "needed .* the last of"), (w[:, ::-1], "another pair's"), (w[1:], "from .0, 0. on"), (w[::2], "0 or 1 a step"),
+                          (np.repeat(w, 2, axis=0), "0 or 1 a step"), (w[:, 0], r"shape \(\d+,\)"), (w[:0], "needed")):
+        with pytest.raises(align.AlignError, match=f"path: .*{message}"):
+            align.interpolate(a, b, 0.5, path)
+    narrow = replace(b, angles=b.angles[:, 3:])
+    with pytest.raises(align.AlignError, match="one skeleton"):
+        align.interpolate(a, narrow, 0.5, w)

@@ -103,6 +103,8 @@ def test_errors():
     other = replace(clip, joints=tuple(replace(j, name="Pelvis" if j.name == "Hips" else j.name) for j in clip.joints))
     with pytest.raises(poses.PoseError, match="Hips, Pelvis"):
         poses.fragment_of(other, body, "walk.bvh")
+    with pytest.raises(poses.PoseError, match="clips: found none"):
+        poses.fit_body([])
     with pytest.raises(poses.PoseError, match="clip 1"):
         poses.fit_body([clip, other])
     with pytest.raises(poses.PoseError, match="frames 5 to 6"):

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import minimize
 
 from refimpl.torresani2006 import regress, svr
+from refimpl.torresani2006.align import AlignError
 
 
 def problem(seed, n=40, d=4):
@@ -27,6 +28,22 @@ def test_pca():
     np.testing.assert_allclose(c.var(axis=0), needed, rtol=1e-9)
     with pytest.raises(regress.RegressError, match="components: found 6"):
         regress.fit_pca(sequences, 6, 10)
+    with pytest.raises(regress.RegressError, match=r"angles a frame \[4, 5\]"):
+        regress.fit_pca([sequences[0], sequences[1][:, :4]], 1, 10)
+    with pytest.raises(regress.RegressError, match="sequences: found"):
+        regress.fit_pca([], 1, 10)
+    with pytest.raises(AlignError, match=r"sequences\[1\]: found shape \(0, 5\)"):
+        regress.fit_pca([sequences[0], sequences[1][:0]], 1, 10)
+
+
+def test_signs_of_principal_components():
+    """The largest element by size is positive, whatever the sign of the data."""
+    rng = np.random.default_rng(4)
+    sequences = list(rng.normal(size=(9, 6, 2)))
+    for sign in (1, -1):
+        basis = regress.fit_pca([sign * sequence for sequence in sequences], 3, 6).basis
+        assert (basis[np.arange(3), np.abs(basis).argmax(axis=1)] > 0).all()
+        np.testing.assert_allclose(np.abs(basis), np.abs(regress.fit_pca(sequences, 3, 6).basis), atol=1e-12)
 
 
 def test_stretched_keeps_both_ends_and_what_has_the_length():
@@ -119,6 +136,9 @@ def test_problems_side_by_side_do_not_disturb_each_other():
 def test_svr_errors():
     with pytest.raises(svr.SVRError, match="shapes"):
         svr.fit_svr(np.eye(3)[None], np.zeros(3), 1.0, 0.1)
+    for K, y in ((np.full((1, 3, 3), np.nan), np.zeros((1, 3))), (np.eye(3)[None], np.full((1, 3), np.inf))):
+        with pytest.raises(svr.SVRError, match="not finite"):
+            svr.fit_svr(K, y, 1.0, 0.1)
     with pytest.raises(svr.SVRError, match="needed C > 0"):
         svr.fit_svr(np.eye(3)[None], np.zeros((1, 3)), 0.0, 0.1)
     Z, y = problem(0)
@@ -142,6 +162,36 @@ def test_model_errors():
         regress.fit_model("forest", np.zeros((9, 3)), np.zeros((9, 3)), rng)
     with pytest.raises(regress.RegressError, match="9 and 8 examples"):
         regress.fit_model("kernel ridge", np.zeros((9, 3)), np.zeros((8, 3)), rng)
+    with pytest.raises(regress.RegressError, match=r"shapes \(9,\) and \(9, 3\)"):
+        regress.fit_model("linear ridge", np.zeros(9), np.zeros((9, 3)), rng)
+    for ridge in (0.0, -1.0, np.nan):
+        with pytest.raises(regress.RegressError, match="ridge: found"):
+            regress.linear_ridge(np.eye(3), np.zeros(3), ridge)
+        with pytest.raises(regress.RegressError, match="ridge: found"):
+            regress.kernel_ridge(np.eye(3), np.zeros(3), ridge)
+    Z, y = problem(0)
+    model = regress.fit_model("linear ridge", Z, np.stack([y] * 3, axis=1), rng)
+    with pytest.raises(regress.RegressError, match=r"Z: found shape \(2, 3\), needed \(M, 4\)"):
+        regress.predict(model, np.zeros((2, 3)))
+
+
+@pytest.mark.parametrize("kind", regress.MODELS)
+def test_fit_model_is_fit_with_what_it_chose(kind):
+    rng = np.random.default_rng(0)
+    Z, Y = rng.normal(size=(30, 13)), rng.normal(size=(30, 3))
+    model = regress.fit_model(kind, Z, Y, rng)
+    again = regress.fit_with(kind, Z, Y, model.chosen or [{}] * 3)
+    np.testing.assert_array_equal(regress.predict(again, Z[:5]), regress.predict(model, Z[:5]))
+
+
+def test_a_constant_added_to_the_labels_comes_back():
+    """No ridge pulls at the constant: every model's predictions move with the labels."""
+    rng = np.random.default_rng(0)
+    Z, Y = rng.normal(size=(20, 4)), rng.normal(size=(20, 3))
+    for kind, chosen in (("linear ridge", {"lambda": 50.0}), ("kernel ridge", {"gamma": 0.1, "lambda": 50.0}),
+                         ("support vector", {"gamma": 0.1, "C": 1.0, "epsilon": 0.1})):
+        first, second = (regress.predict(regress.fit_with(kind, Z, labels, [chosen] * 3, tolerance=1e-9), Z) for labels in (Y, Y + 40))
+        np.testing.assert_allclose(second - first, 40, atol=1e-6)
 
 
 def test_scikit_learn_agrees_on_kernel_ridge():

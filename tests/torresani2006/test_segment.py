@@ -60,8 +60,12 @@ def test_one_fragment_is_dynamic_time_warping():
 def test_errors():
     with pytest.raises(SegmentError, match="found none"):
         segment(np.zeros((3, 2)), [])
-    with pytest.raises(align.AlignError, match="2 and 3 angles"):
-        segment(np.zeros((3, 2)), [np.zeros((3, 3))])
+    good = np.zeros((3, 2))
+    for Y, fragments, message in ((good, [good, np.zeros((3, 3))], r"fragments\[1\]: found 3 angles a frame, needed 2"),
+                                  (good, [good, good[:0]], r"fragments\[1\]: found shape \(0, 2\)"), (good[0], [good], r"Y: found shape \(2,\)"),
+                                  (good, [good, np.full((1, 2), np.nan)], r"fragments\[1\]: found nan"), (good - np.inf, [good], "Y: found -inf")):
+        with pytest.raises(align.AlignError, match=message):
+            segment(Y, fragments)
 
 
 @pytest.fixture(scope="module")

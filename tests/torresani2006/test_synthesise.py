@@ -1,7 +1,9 @@
 """Equation 12, joined pieces, the whole way from a clip to a clip, and the experiments."""
 
 import argparse
+from dataclasses import replace
 import json
+import re
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from refimpl.commands import torresani
 from refimpl.motion import bvh
 from refimpl.motion.skeleton import local_pose
 from refimpl.torresani2006 import database as databases
-from refimpl.torresani2006 import experiment, performers, poses, regress, synthesise
+from refimpl.torresani2006 import experiment, performers, poses, regress, segment, synthesise
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +30,10 @@ def test_golden_section():
     centre = np.array([-0.2, 0.5, 2.0, 0.0])
     found = synthesise.golden_section(lambda x: np.abs(x - centre) ** 1.5, np.full(4, -1.0), np.full(4, 1.0))
     np.testing.assert_allclose(found, [-0.2, 0.5, 1.0, 0.0], atol=2e-5)
+    for low, high, tolerance, message in (([0.0], [-1.0], 1e-5, "low <= high"), ([0.0], [np.inf], 1e-5, "finite"), (0.0, 1.0, 1e-5, "(M,)"),
+                                          ([0.0], [1.0], 0.0, "tolerance: found 0.0"), ([0.0], [1.0], 1e-16, "tolerance: found 1e-16")):
+        with pytest.raises(synthesise.SynthesisError, match=re.escape(message)):
+            synthesise.golden_section(np.abs, low, high, tolerance)
 
 
 def test_choice_is_the_best_of_a_fine_grid(trained):
@@ -58,6 +64,32 @@ def test_wrong_styles(trained):
             synthesise.choose(database, model, projection, [0, 1], target)
     with pytest.raises(synthesise.SynthesisError, match="found 1 fragments"):
         synthesise.choose(database, model, projection, [0], [0, 0, 0])
+    with pytest.raises(synthesise.SynthesisError, match="samples: found 1"):
+        synthesise.choose(database, model, projection, [0, 1], [0, 0, 0], 1)
+
+
+def test_what_cannot_be_synthesised(trained, phrase):
+    database, model, projection = trained
+    alone = databases.without(database, np.array([n > 10 for n in range(60)]))           # one reach is left
+    with pytest.raises(synthesise.SynthesisError, match="frames 0 to .* match 'reach': found 1 fragment"):
+        synthesise.synthesise(phrase, alone, model, projection, [0, 0, 0])
+    with pytest.raises(synthesise.SynthesisError, match="found 60 frames/s, needed 30"):
+        synthesise.synthesise(replace(phrase, fps=60.0), database, model, projection, [0, 0, 0])
+    with pytest.raises(synthesise.SynthesisError, match="looks: found 0"):
+        synthesise.synthesise(phrase, database, model, projection, [0, 0, 0], looks=0)
+    with pytest.raises(synthesise.SynthesisError, match="parts: found 0"):
+        synthesise.join([], database.body)
+    with pytest.raises(synthesise.SynthesisError, match="parts: found 2 of .30.0, 60.0. frames/s"):
+        synthesise.join([phrase, replace(phrase, fps=60.0)], database.body)
+
+
+def test_looks_are_eight_unless_an_analyst_labelled(trained, phrase):
+    database, model, projection = trained
+    part = replace(phrase, angles=phrase.angles[:90], root=phrase.root[:90])
+    pieces = segment.segment(part.angles, [fragment.angles for fragment in database.fragments])[1]
+    for given, looks in ((database, 8), (replace(database, labelled=True), 1)):
+        found, needed = (synthesise.restyle(part, pieces, given, model, projection, [2, 0, -2], looks=n) for n in (None, looks))
+        assert found.choices[0].alpha == needed.choices[0].alpha and found.choices[0].i == needed.choices[0].i
 
 
 def test_joined_motion_is_continuous(trained):
@@ -78,7 +110,6 @@ def test_joined_motion_is_continuous(trained):
 
 def test_a_motion_cut_and_joined_is_itself(trained, phrase):
     """Cut in the middle of a movement; only the two frames at the cut may give way a little, and the way goes on as it was."""
-    from dataclasses import replace
     cuts = (0, 50, 130, phrase.frames)
     parts = [replace(phrase, angles=phrase.angles[a:b], root=phrase.root[a:b] + [30 * a, 0, -9, 0]) for a, b in zip(cuts, cuts[1:])]
     whole = synthesise.join(parts, trained[0].body)
@@ -121,8 +152,14 @@ def test_table_and_curves(trained):
     database, model, projection = trained
     errors = experiment.table_1(database, 1, models=("linear interpolation", "kernel ridge", "support vector"))
     assert all(error.shape == (1, 3) and (error > 0).all() for error in errors.values())
-    names, alpha, curves, lines = experiment.figure_1(database, model, projection, points=7)
-    assert len(names) == 3 and curves.shape == lines.shape == (3, 7, 3) and alpha[[0, -1]].tolist() == [-0.25, 1.25]
+    found = experiment.figure_1(database, model, projection, points=7, looks=7)
+    assert len(found) == 3
+    for curves in found:
+        assert curves.predicted.shape == curves.linear.shape == curves.observed.shape == (7, 3) and curves.alpha[[0, -1]].tolist() == [-0.25, 1.25]
+        np.testing.assert_allclose(curves.tried[[1, 5]], [0, 1], atol=1e-12)
+        for at, n in zip((1, 5), curves.pair):                       # alpha 0 and 1 are the fragments themselves
+            np.testing.assert_allclose(curves.observed[at], database.styles[n], atol=1e-6)
+            np.testing.assert_allclose(curves.linear[at], database.styles[n], atol=1e-12)
 
 
 def test_folder_without_enough_performers(tmp_path):
@@ -156,8 +193,11 @@ def test_commands(tmp_path, capsys, trained, monkeypatch):
     assert forward_kinematics(made.parents, *local_pose(made))[1][:, toes, 1].min() > -4
     with pytest.raises(ValueError, match="style: found"):
         command("synthesise", clip, "--flow", 5, "-o", out)
-    with pytest.raises(ValueError, match="--looks: found 0"):
-        command("synthesise", clip, "--looks", 0, "-o", out)
+    for words in (("synthesise", clip, "--looks", 0, "-o", out), ("synthesise", clip, "--neighbours", 1, "-o", out), ("segment", clip, tmp_path, "--contents", 0),
+                  ("synthesise", clip, "--seed", -1, "-o", out), ("experiment", "torresani", "--splits", 0)):
+        with pytest.raises(SystemExit):
+            command(*words)
+        assert f"argument {next(word for word in words if str(word).startswith('--'))}: found" in capsys.readouterr().err
 
 
 def test_experiment_command(tmp_path, capsys, monkeypatch):
