@@ -64,7 +64,7 @@ def run(arguments):
     distances = held_out_distances(held_out, exemplars, style, dataset.leg)
 
     print("5/5  pictures")
-    _pictures(out, takes[exemplar.name].positions, takes[content.name].positions, make_take(result.clip).positions,
+    _pictures(out, takes[exemplar.name].positions, takes[content.name].positions, result.positions,
               {"loss network": manifold_records, "style": style_records})
     report = _report(arguments.style, dataset, manifold_records, style_records, distances,
                      path_error(result.features, takes[content.name].features), time.perf_counter() - began)

@@ -15,6 +15,7 @@ def add_commands(commands):
     command.add_argument("clip", metavar="CLIP.bvh", help="the content")
     command.add_argument("-o", "--output", metavar="OUT.bvh", required=True)
     command.add_argument("--mapping", metavar="FILE.csv", help="lines slot,joint for a skeleton with other names")
+    command.add_argument("--raw", action="store_true", help="the network's output as it is, feet that slide included")
     command.add_argument("--no-projection", action="store_true", help="T(I) alone, without the manifold projection P")
     command.add_argument("--plot", metavar="OUT.png", help="draw content and result as in the paper's figure 3")
     command.add_argument("--animate", metavar="OUT.html", help="an animation of content and result for a browser")
@@ -27,7 +28,7 @@ def run(arguments):
             check_writable(path)
     style = load_style(arguments.style)
     take = read_take(arguments.clip, read_mapping(arguments.mapping) if arguments.mapping else None)
-    result = transfer(take, style, projected=not arguments.no_projection)
+    result = transfer(take, style, projected=not arguments.no_projection, planted=not arguments.raw)
     write_bvh(arguments.output, result.clip)
     unit = guess_unit(standing_height(bone_lengths(take.positions)))
     mean, largest = path_error(result.features, take.features)
@@ -38,10 +39,9 @@ def run(arguments):
 
 
 def draw(content, result, picture, animation, unit):
-    """The picture and the animation of a transfer, from the pose of the written clip."""
+    """The picture and the animation of a transfer."""
     from .. import animate, plot
-    from ..motion.take import make_take
-    motions = {"content": content, "result": make_take(result.clip).positions}
+    motions = {"content": content, "result": result.positions}
     if picture:
         plot.save(plot.strip(motions, unit=unit), picture)
         print(f"{picture}: content and result")

@@ -1,20 +1,23 @@
 r"""Running it, section "Manifold Projection": stylise(I) = P(T(I)) for a clip of any length, back on the clip's own skeleton."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..motion.clip import Clip
 from ..motion.dataset import to_scale
-from ..motion.features import VELOCITIES, decode
-from ..motion.retarget import to_clip
+from ..motion.features import FPS, VELOCITIES, decode
+from ..motion.foot_ik import plant
+from ..motion.retarget import fit_pose, points
+from ..motion.skeleton import with_pose
 from .networks import project, transform
 
 
 @dataclass(frozen=True)
 class Stylised:
-    """A stylised take: clip on its own skeleton, positions (T, 21, 3) the network moved, y up, and features (T, 66), in the take's unit."""
+    """A stylised take: clip on its own skeleton, positions (T, 21, 3) of its 21 points, y up, and features (T, 66) as the network left them, in the take's unit."""
 
-    clip: object
+    clip: Clip
     positions: np.ndarray
     features: np.ndarray
 
@@ -40,8 +43,8 @@ def project_features(features, manifold, *, stylist=None, kernels=None):
     return manifold.motion((stylist or manifold.stylist).project(X))
 
 
-def transfer(take, style, *, projected=True, stylist=None, kernels=None):
-    """Stylise a take.   Take, Style  ->  Stylised.   stylist, kernels : as in `stylise`
+def transfer(take, style, *, projected=True, planted=True, stylist=None, kernels=None):
+    """Stylise a take.   Take, Style  ->  Stylised.   planted : see `onto_skeleton`;  stylist, kernels : as in `stylise`
 
     The character is brought to the model's size and back, and starts where and as the content starts. Its root keeps the velocities of
     T(I), which equation 9 holds to the content's; the projection would lead the path astray (see the README's deviations).
@@ -50,6 +53,16 @@ def transfer(take, style, *, projected=True, stylist=None, kernels=None):
     transformed = stylise(to_scale(take.features, leg, manifold.leg), style, projected=False, stylist=stylist, kernels=kernels)
     moved = project_features(transformed, manifold, stylist=stylist, kernels=kernels) if projected else transformed.copy()
     moved[:, VELOCITIES] = transformed[:, VELOCITIES]
-    features = to_scale(moved, manifold.leg, leg)
-    positions = decode(features, take.start)
-    return Stylised(to_clip(take, positions), positions, features)
+    return onto_skeleton(take, to_scale(moved, manifold.leg, leg), planted=planted)
+
+
+def onto_skeleton(take, features, *, planted=True):
+    """Features in the take's unit as a clip on the take's skeleton, which begins where the take begins.
+
+    planted : lock the feet where the content's are planted (`motion.foot_ik`);  take : Take, features : (T, 66)   ->  Stylised
+    """
+    pose = fit_pose(take, decode(features, take.start))
+    if planted:
+        goals = plant(points(take, *pose), take.contacts, take.start.floor)
+        pose = fit_pose(replace(take, rotations=pose[0], translations=pose[1]), goals)
+    return Stylised(with_pose(take.clip, *pose, 1.0 / FPS), points(take, *pose), features)

@@ -119,3 +119,8 @@ def to_clip(take, targets):
     take : Take, targets : (T, 21, 3)  ->  Clip on the same joints with T frames
     """
     return with_pose(take.clip, *fit_pose(take, targets), 1.0 / FPS)
+
+
+def points(take, rotations, translations):
+    """The 21 points of a pose of the take's skeleton, y up.   (T, J, 3, 3), (T, J, 3)  ->  (T, 21, 3)"""
+    return take.mapping.positions(*forward_kinematics(take.clip.parents, rotations, translations)) @ take.upright.T
