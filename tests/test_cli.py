@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from refimpl.cli import main
-from refimpl.motion import bvh, synthetic
+from refimpl.motion import bvh, synthetic, take
+from refimpl.motion.footing import foot_skate
 
 
 @pytest.fixture(scope="session")
@@ -165,3 +166,33 @@ def test_a_real_clip_is_stylised_on_its_own_skeleton(mocap, models, tmp_path):
     assert main(["transfer", str(models / "old.npz"), str(clip), "-o", str(out)]) == 0
     content, result = bvh.read_bvh(clip), bvh.read_bvh(out)
     assert result.joints == content.joints and result.fps == 60 and result.frames == 2 * content.frames - 1
+
+
+def test_transfer_by_optimisation_needs_no_network_of_the_style(models, folder, tmp_path, capsys):
+    out = tmp_path / "out.bvh"
+    assert main(["transfer", "--method", "optimise", "--content", str(folder / "walk_normal_1.bvh"), "--style", str(folder / "walk_old_0.bvh"),
+                 str(folder / "walk_old_1.bvh"), "--manifold", str(models / "manifold.npz"), "-o", str(out), "--iterations", "5"]) == 0
+    content, result = bvh.read_bvh(folder / "walk_normal_1.bvh"), bvh.read_bvh(out)
+    assert result.joints == content.joints and result.frames == content.frames and result.fps == 60
+    assert "walk_old_0.bvh" in capsys.readouterr().out
+
+
+def test_raw_leaves_the_feet_as_the_network_has_them(models, folder, tmp_path):
+    results = {}
+    for flag in ((), ("--raw",)):
+        assert main(["transfer", str(models / "old.npz"), str(folder / "walk_normal_1.bvh"), "-o", str(tmp_path / "out.bvh"), *flag]) == 0
+        results[flag] = take.read_take(tmp_path / "out.bvh").positions
+    contacts = take.read_take(folder / "walk_normal_1.bvh").contacts
+    assert foot_skate(results[()], contacts) < 0.01 < 1.0 < foot_skate(results["--raw",], contacts)
+
+
+@pytest.mark.parametrize("arguments, words", [
+    (["a.npz"], "found no CLIP.bvh, needed STYLE.npz, CLIP.bvh with --method network"),
+    (["a.npz", "b.bvh", "--seed", "3"], "found --seed with --method network"),
+    (["a.npz", "b.bvh", "--style", "c.bvh"], "found --style with --method network"),
+    (["--method", "optimise", "--content", "b.bvh"], "found no --style, --manifold, needed --content, --style, --manifold"),
+    (["--method", "optimise", "a.npz"], "found STYLE.npz with --method optimise"),
+    (["--method", "optimise", "--no-projection"], "found --no-projection with --method optimise")])
+def test_the_two_methods_have_options_of_their_own(arguments, words, tmp_path, capsys):
+    assert main(["transfer", *arguments, "-o", str(tmp_path / "out.bvh")]) == 2
+    assert words in capsys.readouterr().err and not (tmp_path / "out.bvh").exists()

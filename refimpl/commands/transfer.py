@@ -1,41 +1,87 @@
 """`refimpl transfer`: a clip in another style, on its own skeleton, at 60 frames a second."""
 
 from ..holden2017.measure import path_error
-from ..holden2017.model import load_style
+from ..holden2017.model import load_manifold, load_style
+from ..holden2017.optimise import Settings, optimise_transfer
 from ..holden2017.transfer import transfer
 from ..motion.bvh import write_bvh
 from ..motion.joints import read_mapping
 from ..motion.take import bone_lengths, guess_unit, read_take, standing_height
 from ..storage import check_writable
+from .options import number, whole
+
+DESCRIPTION = """A clip in another style, on its own skeleton, at 60 frames a second: by a trained network (the system of 2017), or by an
+optimisation that needs no training for a new style (that of 2016): --method optimise --content CLIP.bvh --style S.bvh --manifold M.npz."""
 
 
 def add_commands(commands):
-    command = commands.add_parser("transfer", help="stylise a BVH clip", description=__doc__)
-    command.add_argument("style", metavar="STYLE.npz", help="what `refimpl train-style` wrote")
-    command.add_argument("clip", metavar="CLIP.bvh", help="the content")
+    command = commands.add_parser("transfer", help="stylise a BVH clip", description=DESCRIPTION)
+    command.add_argument("style_file", metavar="STYLE.npz", nargs="?", help="what `refimpl train-style` wrote")
+    command.add_argument("clip", metavar="CLIP.bvh", nargs="?", help="the content")
     command.add_argument("-o", "--output", metavar="OUT.bvh", required=True)
     command.add_argument("--mapping", metavar="FILE.csv", help="lines slot,joint for a skeleton with other names")
-    command.add_argument("--raw", action="store_true", help="the network's output as it is, feet that slide included")
+    command.add_argument("--raw", action="store_true", help="what the method gives as it is, feet that slide included")
     command.add_argument("--no-projection", action="store_true", help="T(I) alone, without the manifold projection P")
     command.add_argument("--plot", metavar="OUT.png", help="draw content and result as in the paper's figure 3")
     command.add_argument("--animate", metavar="OUT.html", help="an animation of content and result for a browser")
+    command.add_argument("--method", choices=("network", "optimise"), default="network", help="(default: %(default)s)")
+    group = command.add_argument_group("with --method optimise")
+    group.add_argument("--content", metavar="CLIP.bvh", help="the content")
+    group.add_argument("--style", metavar="S.bvh", nargs="+", help="one clip or more in the style")
+    group.add_argument("--manifold", metavar="M.npz", help="what `refimpl train-autoencoder` wrote")
+    group.add_argument("--weight-style", type=number(least=0, below=1), metavar="S", help=f"against 1 - S for the content (default: {Settings.style})")
+    group.add_argument("--start", choices=("noise", "content"), help=f"where the search begins (default: {Settings.start})")
+    group.add_argument("--iterations", type=whole(0), metavar="N", help=f"(default: {Settings.iterations})")
+    group.add_argument("--seed", type=whole(0), metavar="N", help="of the noise (default: 0)")
     command.set_defaults(run=run)
 
 
 def run(arguments):
+    optimised = arguments.method == "optimise"
+    content = _check_method(arguments)
     for path in (arguments.output, arguments.plot, arguments.animate):
         if path:
             check_writable(path)
-    style = load_style(arguments.style)
-    take = read_take(arguments.clip, read_mapping(arguments.mapping) if arguments.mapping else None)
-    result = transfer(take, style, projected=not arguments.no_projection, planted=not arguments.raw)
+    overrides = read_mapping(arguments.mapping) if arguments.mapping else None
+    if optimised:
+        manifold = load_manifold(arguments.manifold)
+        exemplars = [read_take(path) for path in arguments.style]
+        name = " ".join(arguments.style)
+    else:
+        style = load_style(arguments.style_file)
+        name = repr(style.name)
+    take = read_take(content, overrides)
+    if optimised:
+        chosen = {"style": arguments.weight_style, "start": arguments.start, "iterations": arguments.iterations}
+        settings = Settings(**{key: value for key, value in chosen.items() if value is not None})
+        result = optimise_transfer(take, exemplars, manifold, planted=not arguments.raw, settings=settings, seed=arguments.seed or 0)
+    else:
+        result = transfer(take, style, projected=not arguments.no_projection, planted=not arguments.raw)
     write_bvh(arguments.output, result.clip)
     unit = guess_unit(standing_height(bone_lengths(take.positions)))
     mean, largest = path_error(result.features, take.features)
-    print(f"{arguments.output}: {result.clip.frames} frames at 60 frames/s in style {style.name!r}; "
+    print(f"{arguments.output}: {result.clip.frames} frames at 60 frames/s in style {name}; "
           f"its path leaves the content's by {mean:.3g} on average, {largest:.3g} at most ({unit})")
     if arguments.plot or arguments.animate:
         draw(take.positions, result, arguments.plot, arguments.animate, unit)
+
+
+def _check_method(arguments):
+    """Every option of the other method is refused, every missing one named.   ->  path of the content"""
+    of_network = {"STYLE.npz": arguments.style_file, "CLIP.bvh": arguments.clip, "--no-projection": arguments.no_projection or None}
+    of_optimise = {"--content": arguments.content, "--style": arguments.style, "--manifold": arguments.manifold, "--weight-style": arguments.weight_style,
+                   "--start": arguments.start, "--iterations": arguments.iterations, "--seed": arguments.seed}
+    optimised = arguments.method == "optimise"
+    needed = ("--content", "--style", "--manifold") if optimised else ("STYLE.npz", "CLIP.bvh")
+    for name, value in (of_network if optimised else of_optimise).items():
+        if value is not None:
+            hint = "give the clip with --content" if name.isupper() or "." in name else "leave it out"
+            raise ValueError(f"transfer: found {name} with --method {arguments.method}, which has no use for it; "
+                             + (hint if optimised else "try --method optimise"))
+    missing = [name for name in needed if (of_optimise if optimised else of_network)[name] is None]
+    if missing:
+        raise ValueError(f"transfer: found no {', '.join(missing)}, needed {', '.join(needed)} with --method {arguments.method}")
+    return arguments.content if optimised else arguments.clip
 
 
 def draw(content, result, picture, animation, unit):

@@ -57,13 +57,9 @@ def motion_losses(O, target, loss_network, mean, deviation, weights=Weights(), *
     O : (N, 66, T) normalised;  loss_network : W0, b0;  mean, deviation : (66,) of the normaliser   ->  {term: (N,)}
     """
     H = encode(O, loss_network, kernels=kernels)
-    motion = denormalise(O, mean, deviation)
-    w = weights
-    return {"content": losses.content_loss(target.hidden, H, c=w.content),
-            "style": losses.style_loss(target.gram, H, s=w.style),
-            "foot": w.foot * losses.foot_loss(motion, target.contacts, target=target.foot_velocity),
-            "bone": w.bone * losses.bone_loss(motion, target.bones),
-            "trajectory": w.trajectory * losses.trajectory_loss(motion, target.trajectory, turn_weight=w.turn)}
+    return {"content": losses.content_loss(target.hidden, H, c=weights.content),
+            "style": losses.style_loss(target.gram, H, s=weights.style),
+            **constraint_losses(denormalise(O, mean, deviation), target, weights)}
 
 
 def motion_losses_backward(dloss, O, target, loss_network, mean, deviation, weights=Weights(), *, kernels=tiled):
@@ -72,14 +68,24 @@ def motion_losses_backward(dloss, O, target, loss_network, mean, deviation, weig
     Content and style come back through the loss network, the constraints through the denormalisation  motion = O deviation + mean.
     """
     H = encode(O, loss_network, kernels=kernels)
-    motion = denormalise(O, mean, deviation)
-    w = weights
-    dH = (losses.content_loss_backward(dloss, target.hidden, H, c=w.content)[1]
-          + losses.style_loss_backward(dloss, target.gram, H, s=w.style)[1])
-    dmotion = (losses.foot_loss_backward(w.foot * dloss, motion, target.contacts, target=target.foot_velocity)
-               + losses.bone_loss_backward(w.bone * dloss, motion, target.bones)
-               + losses.trajectory_loss_backward(w.trajectory * dloss, motion, target.trajectory, turn_weight=w.turn))
-    return encode_backward_to_input(dH, O, loss_network, kernels=kernels) + dmotion * _column(deviation, O)
+    dH = (losses.content_loss_backward(dloss, target.hidden, H, c=weights.content)[1]
+          + losses.style_loss_backward(dloss, target.gram, H, s=weights.style)[1])
+    dmotion = constraint_losses_backward(dloss, denormalise(O, mean, deviation), target, weights)
+    return encode_backward_to_input(dH, O, loss_network, kernels=kernels) + dmotion * column(deviation, O)
+
+
+def constraint_losses(motion, target, weights=Weights()):
+    """The three terms about real lengths.   motion : (N, 66, T) denormalised   ->  {term: (N,)}"""
+    return {"foot": weights.foot * losses.foot_loss(motion, target.contacts, target=target.foot_velocity),
+            "bone": weights.bone * losses.bone_loss(motion, target.bones),
+            "trajectory": weights.trajectory * losses.trajectory_loss(motion, target.trajectory, turn_weight=weights.turn)}
+
+
+def constraint_losses_backward(dloss, motion, target, weights=Weights()):
+    """Gradient of their sum.   dloss : (N,), motion : (N, 66, T)  ->  dmotion (N, 66, T)"""
+    return (losses.foot_loss_backward(weights.foot * dloss, motion, target.contacts, target=target.foot_velocity)
+            + losses.bone_loss_backward(weights.bone * dloss, motion, target.bones)
+            + losses.trajectory_loss_backward(weights.trajectory * dloss, motion, target.trajectory, turn_weight=weights.turn))
 
 
 def total_loss(params, I, target, loss_network, mean, deviation, weights=Weights(), *, kernels=tiled):
@@ -99,8 +105,9 @@ def total_loss_backward(dloss, params, I, target, loss_network, mean, deviation,
 
 def denormalise(O, mean, deviation):
     """(N, 66, T) back to lengths and radians, in O's own precision."""
-    return O * _column(deviation, O) + _column(mean, O)
+    return O * column(deviation, O) + column(mean, O)
 
 
-def _column(values, like):
+def column(values, like):
+    """Numbers of the 66 rows beside arrays (N, 66, T), in their precision."""
     return np.asarray(values, dtype=like.real.dtype)[:, None]
