@@ -47,9 +47,9 @@ def test_models_and_datasets(folder, seed, count, dtype, name):
     params = {f"W{i}": rng.normal(size=(channels[i], channels[i - 1], 5)).astype(dtype) for i in (1, 2, 3)}
     params.update({f"b{i}": rng.normal(size=channels[i]).astype(dtype) for i in (1, 2, 3)})
     save_manifold(folder / "m", manifold)
-    save_style(folder / "s", Style(params, manifold, name, (name, "walk")))
+    save_style(folder / "s", Style(params, manifold, name, {"run": "walk", name: name}, ("a", "b"), ("c",)))
     again = load_style(folder / "s")
-    assert again.name == name and again.contents == (name, "walk") and again.manifold.leg == load_manifold(folder / "m").leg == manifold.leg
+    assert again.name == name and again.pairs == {"run": "walk", name: name} and (again.learned, again.exemplars) == (("a", "b"), ("c",)) and again.manifold.leg == load_manifold(folder / "m").leg == manifold.leg
     for key, value in {**params, **manifold.params}.items():
         assert np.array_equal({**again.params, **again.manifold.params}[key], value)
     clips = tuple(Labelled(f"{name}{i}", name, "old", bool(i % 2), rng.normal(size=(i + 1, FEATURES)), rng.random((i + 1, 4)) < 0.5) for i in range(count))

@@ -52,7 +52,7 @@ def run(arguments):
 
     print(f"3/5  the transformation network for style {arguments.style!r} (equations 4 to 10)")
     lesson, held_out, exemplars = make_lesson(dataset, manifold, arguments.style)
-    style, style_records = _style(lesson, exemplars, manifold, arguments.style, arguments.seed)
+    style, style_records = _style(lesson, manifold, arguments.style, arguments.seed)
     save_style(out / f"{arguments.style}.npz", style)
 
     print("4/5  transfer to a clip kept out of training")
@@ -84,11 +84,11 @@ def _manifold(dataset, seed):
     return Manifold(state.params, normaliser, dataset.leg, dataset.bones), records
 
 
-def _style(lesson, exemplars, manifold, name, seed):
+def _style(lesson, manifold, name, seed):
     epochs = train_style(lesson, manifold, epochs=EPOCHS["style"], rate=RATES["style"], channels=CHANNELS, seed=seed,
                          weights=Weights().for_leg(manifold.leg))
     records, state = _follow(epochs, EPOCHS["style"])
-    return Style(state.params, manifold, name, tuple(exemplars)), records
+    return Style(state.params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars), records
 
 
 def _follow(epochs, total):

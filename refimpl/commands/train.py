@@ -98,7 +98,7 @@ def run_style(arguments):
                       *manifold.params.values())
     params = _train(arguments, run, ("loss", "content", "style", "foot", "bone", "trajectory"),
                     lambda **how: train_style(lesson, manifold, weights=weights, **how, **settings))
-    style = Style(params, manifold, arguments.style, tuple(exemplars))
+    style = Style(params, manifold, arguments.style, lesson.pairs, lesson.learned, lesson.exemplars)
     save_style(arguments.output, style)
     _finish(arguments)
     measured = held_out_distances(held_out, exemplars, style, dataset.leg)

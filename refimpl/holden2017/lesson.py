@@ -3,7 +3,7 @@ r"""What the networks are trained on: windows of the dataset, and for each windo
 Each style is a set of exemplar clips labelled by content; a training window of a walk is paired with the walk in that style.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import re
 
 import numpy as np
@@ -32,7 +32,8 @@ class Lesson:
     """The training data of a style network: N windows and, for each, the style it should take.
 
     X : (N, 66, T) normalised;  contacts : (N, 4, T);  trajectory : (N, 3, T) denormalised velocities of the input;
-    grams : {content: style target (m, m) for T // 2 hidden frames};  contents : N labels, keys of grams;  bones : (20,).
+    grams : {content: style target (m, m) for T // 2 hidden frames};  contents : N labels, keys of grams;  bones : (20,);
+    learned, exemplars : names of the clips it is made of;  pairs : {content: content of its exemplars}.
     """
 
     X: np.ndarray
@@ -41,6 +42,9 @@ class Lesson:
     grams: dict
     contents: tuple
     bones: np.ndarray
+    learned: tuple = ()
+    exemplars: tuple = ()
+    pairs: dict = field(default_factory=dict)
 
 
 def batch_target(lesson, indices, loss_network, *, kernels=tiled):
@@ -84,7 +88,8 @@ def choose(clips, pattern):
 def make_lesson(dataset, manifold, style, *, content_style="normal", clips=None, exemplars=None, contents=None, pairs=None, kernels=tiled):
     """Everything that training one style needs.
 
-    dataset : Dataset;  style : a label of it;  content_style : one or several labels, joined by commas, of the clips to learn on;  clips, exemplars : regular expressions that choose among the names;
+    dataset : Dataset;  style : a label of it;  content_style : one or several labels, joined by commas, of the clips to learn on;
+    clips, exemplars : regular expressions that choose among the names;
     contents : labels to train for (all);  pairs : {content: exemplar content} where names alone do not pair them
     ->  Lesson, held-out content clips, {content: list of exemplar features (T, 66)} for each content of the lesson
     Raises LessonError when no exemplar or no content clip is left.
@@ -122,7 +127,8 @@ def make_lesson(dataset, manifold, style, *, content_style="normal", clips=None,
     dtype = manifold.params["W0"].dtype
     X = np.ascontiguousarray(manifold.normaliser.apply(motion.swapaxes(1, 2)).swapaxes(1, 2), dtype=dtype)
     lesson = Lesson(X, np.concatenate(contacts).swapaxes(1, 2).astype(dtype), motion[:, VELOCITIES].astype(dtype),
-                    gram_targets(paired, manifold, X.shape[2], kernels=kernels), tuple(labels), manifold.bones)
+                    gram_targets(paired, manifold, X.shape[2], kernels=kernels), tuple(labels), manifold.bones,
+                    tuple(c.name for c in learned), tuple(c.name for c in shown if c.content in found.values()), found)
     return lesson, tuple(c for c in chosen if c.held_out), paired
 
 

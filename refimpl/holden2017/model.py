@@ -11,7 +11,7 @@ from ..motion.prepare import Normaliser
 from ..storage import FormatError, load_npz, save_npz
 from .stylist import Stylist
 
-VERSION = 1
+VERSION, STYLE_VERSION = 1, 2                                # a style knows its clips since version 2
 _SKELETON = ("mean", "deviation", "bones")
 _FACTS = {"leg": float, "source": str}
 
@@ -44,12 +44,22 @@ class Manifold:
 
 @dataclass(frozen=True)
 class Style:
-    """A trained transformation network.   params : W1, b1 ... b3;  name : of the style;  contents : that it was trained for"""
+    """A trained transformation network.
+
+    params : W1, b1 ... b3;  name : of the style;  pairs : {content it was trained for: content of its exemplars};
+    learned, exemplars : names of the clips that it learnt on.
+    """
 
     params: dict = field(repr=False)
     manifold: Manifold
     name: str
-    contents: tuple
+    pairs: dict
+    learned: tuple = ()
+    exemplars: tuple = ()
+
+    @property
+    def contents(self):
+        return tuple(self.pairs)
 
     @cached_property
     def stylist(self):
@@ -70,14 +80,15 @@ def load_manifold(path):
 
 def save_style(path, style):
     """Write a Style together with its Manifold, so that one file is enough to stylise a clip."""
-    save_npz(path, "style", VERSION, {**style.params, **style.manifold.params, **_skeleton_arrays(style.manifold)},
-             {**_facts(style.manifold), "name": style.name, "contents": list(style.contents)})
+    save_npz(path, "style", STYLE_VERSION, {**style.params, **style.manifold.params, **_skeleton_arrays(style.manifold)},
+             {**_facts(style.manifold), "name": style.name, "contents": list(style.pairs), "exemplar_contents": list(style.pairs.values()),
+              "learned": list(style.learned), "exemplars": list(style.exemplars)})
 
 
 def load_style(path):
     """Read a Style.   Raises FormatError when its parts do not fit each other."""
-    arrays, facts = load_npz(path, "style", VERSION, ("W0", "b0", "W1", "b1", "W2", "b2", "W3", "b3", *_SKELETON),
-                             {**_FACTS, "name": str, "contents": list})
+    arrays, facts = load_npz(path, "style", STYLE_VERSION, ("W0", "b0", "W1", "b1", "W2", "b2", "W3", "b3", *_SKELETON),
+                             {**_FACTS, "name": str, **dict.fromkeys(("contents", "exemplar_contents", "learned", "exemplars"), list)})
     manifold = _manifold(path, arrays, facts)
     params = {name: arrays[name] for name in ("W1", "b1", "W2", "b2", "W3", "b3")}
     channels = [FEATURES, params["b1"].size, params["b2"].size, FEATURES]
@@ -85,7 +96,9 @@ def load_style(path):
         _check_filters(path, params, f"W{layer}", f"b{layer}", channels[layer], channels[layer - 1])
     if params["W1"].dtype != manifold.params["W0"].dtype:
         raise FormatError(f"{path}: found W1 of {params['W1'].dtype} beside W0 of {manifold.params['W0'].dtype}, needed one precision")
-    return Style(params, manifold, facts["name"], tuple(facts["contents"]))
+    if len(facts["contents"]) != len(facts["exemplar_contents"]):
+        raise FormatError(f"{path}: found {len(facts['contents'])} contents and {len(facts['exemplar_contents'])} of exemplars, needed pairs")
+    return Style(params, manifold, facts["name"], dict(zip(facts["contents"], facts["exemplar_contents"])), tuple(facts["learned"]), tuple(facts["exemplars"]))
 
 
 def _skeleton_arrays(manifold):

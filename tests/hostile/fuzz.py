@@ -126,7 +126,7 @@ class Fuzzer:
         params = {"W0": rng.normal(size=(3, FEATURES, 3)).astype(np.float32), "b0": np.zeros(3, np.float32)}
         manifold = Manifold(params, Normaliser(np.zeros(FEATURES), np.ones(FEATURES), "made"), 80.0, np.ones(len(BONES)))
         channels = {"W1": (2, FEATURES, 3), "b1": (2,), "W2": (2, 2, 3), "b2": (2,), "W3": (FEATURES, 2, 3), "b3": (FEATURES,)}
-        style = Style({k: np.zeros(s, np.float32) for k, s in channels.items()}, manifold, "old", ("walk",))
+        style = Style({k: np.zeros(s, np.float32) for k, s in channels.items()}, manifold, "old", {"walk": "walk"})
         take = make_take(synthetic.make_clip(seconds=0.3).clip)
         save_manifold(self.scratch / "manifold", manifold)
         save_style(self.scratch / "style", style)
