@@ -8,9 +8,9 @@ from .blas import prefer
 
 prefer(os.environ)                                               # before NumPy is first imported, hence before the commands
 
-from .commands import bench, check, demo, inspect, prepare, torresani, train, transfer
+from .commands import bench, check, demo, evaluate, inspect, prepare, torresani, train, transfer
 
-GROUPS = (demo, inspect, prepare, train, transfer, torresani, check, bench)
+GROUPS = (demo, inspect, prepare, train, transfer, evaluate, torresani, check, bench)
 
 
 class Parser(argparse.ArgumentParser):

@@ -25,9 +25,9 @@ def add_commands(commands):
                                    description="Train the convolutional autoencoder, the loss network of equations 1 to 3.")
     manifold.add_argument("motions", metavar="MOTIONS.npz", help="what `refimpl prepare` wrote")
     manifold.add_argument("-o", "--output", metavar="MANIFOLD.npz", required=True)
-    _training_options(manifold, epochs=60, rate=AUTOENCODER_RATE)
+    _training_options(manifold, epochs=100, rate=AUTOENCODER_RATE)
     manifold.add_argument("--hidden", type=whole(1), default=256, metavar="M", help="hidden units (default: %(default)s)")
-    manifold.add_argument("--dropout", type=number(least=0, below=1), default=0.1, metavar="P",
+    manifold.add_argument("--dropout", type=number(least=0, below=1), default=0.02, metavar="P",
                           help="share of input numbers set to 0 while it learns; 0 is equation 3 as printed (default: %(default)s)")
     manifold.add_argument("--alpha", type=number(least=0), default=0.01, metavar="A", help="weight of the sparsity term (default: %(default)s)")
     manifold.set_defaults(run=run_autoencoder)

@@ -20,8 +20,9 @@ def add_commands(commands):
     command.add_argument("clip", metavar="CLIP.bvh", nargs="?", help="the content")
     command.add_argument("-o", "--output", metavar="OUT.bvh", required=True)
     command.add_argument("--mapping", metavar="FILE.csv", help="lines slot,joint for a skeleton with other names")
-    command.add_argument("--raw", action="store_true", help="what the method gives as it is, feet that slide included")
+    command.add_argument("--raw", action="store_true", help="what the method gives as it is, jitter and sliding feet included")
     command.add_argument("--no-projection", action="store_true", help="T(I) alone, without the manifold projection P")
+    command.add_argument("--own-pace", action="store_true", help="walk the content's path as fast as the result's feet step")
     command.add_argument("--plot", metavar="OUT.png", help="draw content and result as in the paper's figure 3")
     command.add_argument("--animate", metavar="OUT.html", help="an animation of content and result for a browser")
     command.add_argument("--method", choices=("network", "optimise"), default="network", help="(default: %(default)s)")
@@ -54,9 +55,9 @@ def run(arguments):
     if optimised:
         chosen = {"style": arguments.weight_style, "start": arguments.start, "iterations": arguments.iterations}
         settings = Settings(**{key: value for key, value in chosen.items() if value is not None})
-        result = optimise_transfer(take, exemplars, manifold, planted=not arguments.raw, settings=settings, seed=arguments.seed or 0)
+        result = optimise_transfer(take, exemplars, manifold, clean=not arguments.raw, settings=settings, seed=arguments.seed or 0)
     else:
-        result = transfer(take, style, projected=not arguments.no_projection, planted=not arguments.raw)
+        result = transfer(take, style, projected=not arguments.no_projection, clean=not arguments.raw, own_pace=arguments.own_pace)
     write_bvh(arguments.output, result.clip)
     unit = guess_unit(standing_height(bone_lengths(take.positions)))
     mean, largest = path_error(result.features, take.features)
@@ -68,7 +69,7 @@ def run(arguments):
 
 def _check_method(arguments):
     """Every option of the other method is refused, every missing one named.   ->  path of the content"""
-    of_network = {"STYLE.npz": arguments.style_file, "CLIP.bvh": arguments.clip, "--no-projection": arguments.no_projection or None}
+    of_network = {"STYLE.npz": arguments.style_file, "CLIP.bvh": arguments.clip, "--no-projection": arguments.no_projection or None, "--own-pace": arguments.own_pace or None}
     of_optimise = {"--content": arguments.content, "--style": arguments.style, "--manifold": arguments.manifold, "--weight-style": arguments.weight_style,
                    "--start": arguments.start, "--iterations": arguments.iterations, "--seed": arguments.seed}
     optimised = arguments.method == "optimise"

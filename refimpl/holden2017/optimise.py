@@ -125,8 +125,8 @@ def pairs(features):
     return features[:len(features) - len(features) % 2] if len(features) > 1 else np.repeat(features, 2, axis=0)
 
 
-def optimise_transfer(take, exemplars, manifold, *, planted=True, settings=Settings(), weights=None, seed=0):
-    """Stylise a take by optimisation.   Take, list of Take in the style, Manifold  ->  `transfer.Stylised`.   planted : see `transfer.onto_skeleton`"""
+def optimise_transfer(take, exemplars, manifold, *, clean=True, settings=Settings(), weights=None, seed=0):
+    """Stylise a take by optimisation.   Take, list of Take in the style, Manifold  ->  `transfer.Stylised`.   clean : see `transfer.onto_skeleton`"""
     moved = optimise(to_scale(take.features, take.leg, manifold.leg), take.contacts, [to_scale(e.features, e.leg, manifold.leg) for e in exemplars],
                      manifold, settings=settings, weights=weights, seed=seed)
-    return onto_skeleton(take, to_scale(moved, manifold.leg, take.leg), planted=planted)
+    return onto_skeleton(take, to_scale(moved, manifold.leg, take.leg), clean=clean)

@@ -15,7 +15,7 @@ from .parts import AutoencoderWork, StyleWork, autoencoder_part, in_parts, new_r
 from .total import Weights
 
 BATCH, RATE = 10, 1e-3
-AUTOENCODER_RATE = 1e-4                                         # with 1e-3 its loss rises again after a few epochs
+AUTOENCODER_RATE = 5e-4                                         # with 1e-3 its loss ends higher
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def start_state(params):
     return State(params, nn.adam_start(params), 0)
 
 
-def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.01, dropout=0.1, hidden=256, width=25, seed=0, state=None, kernels=None,
+def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.01, dropout=0.02, hidden=256, width=25, seed=0, state=None, kernels=None,
                       executor=None, parts=1):
     r"""Train the loss network by equation 3.
 

@@ -3,14 +3,18 @@ r"""Running it, section "Manifold Projection": stylise(I) = P(T(I)) for a clip o
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from ..motion.clip import Clip
 from ..motion.dataset import to_scale
-from ..motion.features import FPS, VELOCITIES, decode
+from ..motion.features import FPS, POSITIONS, TRANSLATION, VELOCITIES, decode
 from ..motion.foot_ik import plant
+from ..motion.footing import pace
 from ..motion.retarget import fit_pose, points
 from ..motion.skeleton import with_pose
 from .networks import project, transform
+
+SMOOTH = 2.0                                                 # frames: average-depooling gives both frames of a pair one value, a step that real motion has not
 
 
 @dataclass(frozen=True)
@@ -43,26 +47,32 @@ def project_features(features, manifold, *, stylist=None, kernels=None):
     return manifold.motion((stylist or manifold.stylist).project(X))
 
 
-def transfer(take, style, *, projected=True, planted=True, stylist=None, kernels=None):
-    """Stylise a take.   Take, Style  ->  Stylised.   planted : see `onto_skeleton`;  stylist, kernels : as in `stylise`
+def transfer(take, style, *, projected=True, clean=True, own_pace=False, stylist=None, kernels=None):
+    """Stylise a take.   Take, Style  ->  Stylised.   clean : see `onto_skeleton`;  stylist, kernels : as in `stylise`
 
     The character is brought to the model's size and back, and starts where and as the content starts. Its root keeps the velocities of
     T(I), which equation 9 holds to the content's; the projection would lead the path astray (see the README's deviations).
+    own_pace : walk the path as fast as the feet step (`footing.pace`), so that an old man's short steps need not become long ones.
     """
     leg, manifold = take.leg, style.manifold
     transformed = stylise(to_scale(take.features, leg, manifold.leg), style, projected=False, stylist=stylist, kernels=kernels)
     moved = project_features(transformed, manifold, stylist=stylist, kernels=kernels) if projected else transformed.copy()
     moved[:, VELOCITIES] = transformed[:, VELOCITIES]
-    return onto_skeleton(take, to_scale(moved, manifold.leg, leg), planted=planted)
+    if own_pace:
+        moved[:, TRANSLATION] *= pace(moved, take.contacts)
+    return onto_skeleton(take, to_scale(moved, manifold.leg, leg), clean=clean)
 
 
-def onto_skeleton(take, features, *, planted=True):
+def onto_skeleton(take, features, *, clean=True):
     """Features in the take's unit as a clip on the take's skeleton, which begins where the take begins.
 
-    planted : lock the feet where the content's are planted (`motion.foot_ik`);  take : Take, features : (T, 66)   ->  Stylised
+    clean : smooth the joints by a Gaussian of `SMOOTH` frames and lock the feet where the content's are planted (`motion.foot_ik`);  take : Take, features : (T, 66)   ->  Stylised
     """
-    pose = fit_pose(take, decode(features, take.start))
-    if planted:
+    smooth = features.copy()
+    if clean:
+        smooth[:, POSITIONS] = gaussian_filter1d(features[:, POSITIONS], SMOOTH, axis=0, mode="nearest")
+    pose = fit_pose(take, decode(smooth, take.start))
+    if clean:
         goals = plant(points(take, *pose), take.contacts, take.start.floor)
         pose = fit_pose(replace(take, rotations=pose[0], translations=pose[1]), goals)
     return Stylised(with_pose(take.clip, *pose, 1.0 / FPS), points(take, *pose), features)

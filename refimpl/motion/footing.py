@@ -5,6 +5,7 @@ All lengths are in the unit of the positions. A label at frame t covers the step
 
 import numpy as np
 
+from .features import FEATURES, FORWARD, POSITIONS, SIDEWAYS, TURN
 from .joints import FEET, JOINTS
 
 
@@ -64,3 +65,21 @@ def jerk(positions, joints=FEET, *, fps=60.0):
     """Root of the mean square third difference of some joints, the mark of a motion that pops.   (T, 21, 3)  ->  length / s^3, nan below 4 frames"""
     third = np.diff(checked_positions(positions)[:, list(joints)], n=3, axis=0) * fps ** 3
     return float(np.sqrt(np.mean(np.sum(third ** 2, axis=-1)))) if len(third) else float("nan")
+
+
+def pace(features, contacts):
+    r"""How fast a motion should move on so that its planted feet slide least: the factor k of its root's velocity in
+
+        minimise  sum over planted (t, j) of || k v_r + u_j ||^2,   u_j = omega x p_j + p_j[t+1] - p_j[t]     =>     k = - sum v_r . u / sum v_r . v_r
+
+    features : (T, 66), contacts : (T, 4)  ->  k, 1 where nothing is planted or moves on, and never below 0
+    """
+    if features.shape[1:] != (FEATURES,):
+        raise ValueError(f"features: found shape {features.shape}, needed (frames, {FEATURES})")
+    planted = checked_contacts(contacts, len(features))[:-1]
+    p = features[:, POSITIONS].reshape(len(features), JOINTS, 3)[:, FEET]
+    turn = features[:-1, TURN, None]
+    u = np.diff(p, axis=0)[..., [0, 2]] + np.stack([turn * p[:-1, :, 2], -turn * p[:-1, :, 0]], axis=-1)     # (T-1, 4, 2)
+    v = features[:-1, None, [SIDEWAYS, FORWARD]]
+    moving = float(np.sum(planted * np.sum(v * v, axis=-1)))
+    return max(0.0, -float(np.sum(planted * np.sum(v * u, axis=-1))) / moving) if moving > 0 else 1.0

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from refimpl.motion import footing
+from refimpl.motion.features import TRANSLATION
 from refimpl.motion.joints import FEET, JOINTS
+from refimpl.motion.synthetic import make_clip
+from refimpl.motion.take import make_take
 
 
 def standing(frames=60):
@@ -60,3 +63,19 @@ def test_jerk_of_a_cubic_is_its_third_derivative():
 def test_what_cannot_be_measured_is_named(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_the_pace_is_that_of_the_feet():
+    """A walk whose root moves on too fast by a factor wants the inverse."""
+    walk = make_take(make_clip("turn-left", "normal", seconds=4.0).clip)
+    own = footing.pace(walk.features, walk.contacts)
+    assert own == pytest.approx(1.0, abs=0.05)
+    fast = walk.features.copy()
+    fast[:, TRANSLATION] *= 1.6
+    assert footing.pace(fast, walk.contacts) == pytest.approx(own / 1.6)
+    assert footing.pace(walk.features, np.zeros_like(walk.contacts)) == 1.0
+    still = walk.features.copy()
+    still[:, TRANSLATION] = 0.0
+    assert footing.pace(still, walk.contacts) == 1.0
+    with pytest.raises(ValueError, match=r"features: found shape \(240, 65\)"):
+        footing.pace(walk.features[:, 1:], walk.contacts)

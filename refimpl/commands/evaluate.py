@@ -1,0 +1,142 @@
+"""`refimpl evaluate`: content, the results of 2016 and of 2017, and real takes, side by side."""
+
+import json
+from pathlib import Path
+import re
+
+import numpy as np
+
+from ..holden2017 import evaluate
+from ..holden2017.model import load_style
+from ..motion.dataset import find_clips, load_dataset, to_scale
+from ..motion.features import Start, decode
+from ..motion.take import read_take
+from ..storage import atomic_write
+from .options import whole
+from .progress import Progress, table
+
+DESCRIPTION = """Stylise every clip that was kept out of training by every style network and by optimisation, write the results, read them again and measure them. The
+judges are fitted on clips that no network learnt on: train with --clips and --exemplars that leave some."""
+
+COLUMNS = (("system", "{}"), ("clips", "{}"), ("style by gram", "{:.1%}"), ("style by joints", "{:.1%}"), ("content by gram", "{:.1%}"), ("content by joints", "{:.1%}"),
+           ("style distance left", "{:.1%}"), ("content distance", "{:.1f}"), ("Fréchet distance", "{:.1f}"))
+FEET = (("system", "{}"), ("skate", "{:.2f}"), ("sinks", "{:.2f}"), ("sinks at most", "{:.2f}"), ("bone error", "{:.1e}"), ("path error", "{:.1f}"), ("jerk / real", "{:.2f}"),
+        ("frames/s", "{:,.0f}"))
+
+
+def add_commands(commands):
+    command = commands.add_parser("evaluate", help="measure results of 2016 and 2017 beside real motion", description=DESCRIPTION)
+    command.add_argument("folder", metavar="FOLDER", help="the BVH clips that MOTIONS.npz was made of")
+    command.add_argument("motions", metavar="MOTIONS.npz", help="what `refimpl prepare` wrote, with clips held out")
+    command.add_argument("styles", metavar="STYLE.npz", nargs="+", help="what `refimpl train-style` wrote, all of one loss network")
+    command.add_argument("--content-style", default="normal", metavar="NAME", help="the style of the contents (default: %(default)s)")
+    command.add_argument("--most", type=whole(1), metavar="N", help="clips of each style at most (default: all that were held out)")
+    command.add_argument("--out", metavar="DIR", type=Path, default=Path("refimpl-evaluation"), help="made if missing (default: %(default)s)")
+    command.set_defaults(run=run)
+
+
+def run(arguments):
+    dataset = load_dataset(arguments.motions)
+    styles = [load_style(path) for path in arguments.styles]
+    _check(styles, dataset, arguments)
+    paths = {path.relative_to(arguments.folder).with_suffix("").as_posix(): path for path in find_clips(arguments.folder)}
+    manifold, chosen = styles[0].manifold, evaluate.judges_clips(dataset, styles, arguments.content_style)
+    contents = {style.name: _contents(dataset, style, paths, arguments) for style in styles}
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    judges = evaluate.fit_judges(chosen, manifold, dataset.leg)
+    print(f"judges fitted on {len(chosen)} clips that no network learnt on")
+    reference = {s.name: [judges["joints"].embed(to_scale(c.features, dataset.leg, manifold.leg)) for c in chosen if c.style == s.name] for s in styles}
+    rows, windows = [], {}
+    progress = Progress(sum(map(len, contents.values())), "clip", seconds=2.0)
+    for style in styles:
+        for row, points in _style_rows(dataset, style, contents[style.name], judges, arguments, paths, progress):
+            rows.append(row)
+            windows.setdefault((row["style"], row["system"]), []).append(points)
+    distances = evaluate.frechet_distances(windows, reference)
+    lines = evaluate.summary(rows, distances)
+    by_style = {style.name: evaluate.summary([r for r in rows if r["style"] == style.name], {k: d for k, d in distances.items() if k[0] == style.name})
+                for style in styles}
+    first = contents[styles[0].name][0]
+    speed = evaluate.table_1(to_scale(first.features, dataset.leg, manifold.leg), first.contacts, evaluate.exemplars_of(dataset, styles[0], first.content), styles[0])
+    effect = evaluate.projection_effect(contents[styles[0].name], styles[0], dataset.leg)
+    _print(lines, by_style, speed, effect)
+    with atomic_write(arguments.out / "report.json") as file:
+        json.dump({"summary": lines, "styles": by_style, "table 1": speed, "projection": effect, "clips": rows,
+                   "judges": [c.name for c in chosen]}, file, indent=1)
+    print(f"{arguments.out}: report.json, strip_STYLE.png and the written clips")
+
+
+def _check(styles, dataset, arguments):
+    first = styles[0].manifold.params
+    for path, style in zip(arguments.styles, styles):
+        if any(not np.array_equal(style.manifold.params[k], first[k]) for k in first):
+            raise evaluate.EvaluationError(f"{path}: found another loss network than in {arguments.styles[0]}, needed the same for all")
+    if len({style.name for style in styles}) < len(styles):
+        raise evaluate.EvaluationError(f"found styles {', '.join(s.name for s in styles)}, needed each style once")
+    if arguments.content_style not in dataset.styles:
+        raise evaluate.EvaluationError(f"--content-style: found {arguments.content_style!r}, needed one of {', '.join(dataset.styles)}")
+
+
+def _contents(dataset, style, paths, arguments):
+    """The held-out clips that a style is tried on, spread over its contents."""
+    found = [c for c in dataset.select(style=arguments.content_style, held_out=True) if c.content in style.contents]
+    if not found:
+        raise evaluate.EvaluationError(f"{arguments.motions}: found no clip of style {arguments.content_style!r} held out for {', '.join(style.contents)}, "
+                                       "needed some to try the networks on; prepare with a larger --hold-out")
+    missing = [c.name for c in found if c.name not in paths]
+    if missing:
+        raise evaluate.EvaluationError(f"{arguments.folder}: found no {missing[0]}.bvh, needed the folder that MOTIONS.npz was made of")
+    turns = sorted(found, key=lambda c: (sum(o.content == c.content and o.name < c.name for o in found), c.content))
+    return turns[:arguments.most]
+
+
+def _style_rows(dataset, style, contents, judges, arguments, paths, progress):
+    """Every system on every content, and the real takes kept out.   ->  yields (row, windows embedded by the judge of joints)"""
+    manifold, drawn = style.manifold, False
+
+    def row(system, content, name, measured, features):
+        return {"style": style.name, "system": system, "content": content, "clip": name, **measured}, judges["joints"].embed(features)
+    for clip in contents:
+        take, exemplars = read_take(paths[clip.name]), evaluate.exemplars_of(dataset, style, clip.content)
+        motions = {"style": decode(exemplars[0], Start()), "content": take.positions}
+        yield row("content", clip.content, clip.name, evaluate.measure(take, take, exemplars, manifold, judges), to_scale(take.features, take.leg, manifold.leg))
+        for system, result, seconds in evaluate.carry_out(take, exemplars, style):
+            label = "_".join(re.findall(r"\w+", system))
+            again = evaluate.read_back(result.clip, arguments.out / f"{style.name}_{Path(clip.name).name}_{label}.bvh")
+            measured = evaluate.measure(again, take, exemplars, manifold, judges)
+            motions[system] = again.positions
+            yield row(system, clip.content, clip.name, {**measured, "seconds": seconds}, to_scale(again.features, take.leg, manifold.leg))
+        progress.step(f"{style.name}, {clip.name}")
+        if not drawn:
+            drawn = True
+            _strip(arguments.out / f"strip_{style.name}.png", motions, style.name)
+    for clip in dataset.select(style=style.name, held_out=True):
+        if clip.content in style.contents and clip.content in {c.content for c in contents}:
+            exemplars = evaluate.exemplars_of(dataset, style, clip.content)
+            yield row("real", clip.content, clip.name, evaluate.measure_real(clip, dataset.leg, exemplars, manifold, judges),
+                      to_scale(clip.features, dataset.leg, manifold.leg))
+
+
+def _strip(path, motions, name):
+    """As figures 3 and 4: the style, the content and what each system made of it."""
+    from .. import plot
+    shown = {"style": motions["style"], "content": motions["content"], "2016": motions["2016"], "result": motions["2017, own pace"]}
+    count = min(len(m) for m in shown.values())
+    plot.save(plot.strip({label: m[:min(count, 180)] for label, m in shown.items()}, title=f"{name}: style, content, the results of 2016 and of 2017 at its own pace"), path)
+
+
+def _print(lines, by_style, speed, effect):
+    for columns, title in ((COLUMNS, "style and content, all styles"), (FEET, "feet, bones, path, all styles (cm, cm/s)")):
+        print("\n" + title)
+        _table(columns, lines)
+    print("\neach style")
+    _table(COLUMNS, [{**line, "system": f"{name}: {line['system']}"} for name, own in by_style.items() for line in own])
+    print("\nTable 1, seconds")
+    _table((("frames", "{}"), ("2016", "{:.4f}"), ("2017", "{:.4f}"), ("ratio", "{:.0f}")), speed)
+    print("\nprojection (figure 2)")
+    _table((("what", "{}"), ("bone error", "{:.2%}"), ("error", "{:.2f}"), ("jerk / clean", "{:.2f}")), effect)
+
+
+def _table(columns, lines):
+    for line in table([[name for name, _ in columns]] + [["" if line[name] != line[name] else form.format(line[name]) for name, form in columns] for line in lines]):
+        print(line)
