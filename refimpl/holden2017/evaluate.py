@@ -88,12 +88,23 @@ def measure(result, content, exemplars, manifold, judges):
     """
     features, wanted = (to_scale(t.features, content.leg, manifold.leg) for t in (result, content))
     depth = floor_penetration(result.positions, content.start.floor)
-    lengths = [_lengths(t.positions) for t in (result, content)]
     own, path = _path(result), _path(content)
     return {**_looks(features, exemplars, manifold, judges), "content distance": content_distance(features, wanted, manifold),
             "skate": foot_skate(result.positions, content.contacts), "sinks": depth[0], "sinks at most": depth[1],
-            "bone error": float(np.max(np.abs(lengths[0] / lengths[1] - 1))), "path error": float(np.linalg.norm(own - path, axis=1).mean()),
+            "bone error": bone_error(result, content), "path error": float(np.linalg.norm(own - path, axis=1).mean()),
             "jerk": jerk(result.positions, range(JOINTS)), "frames": len(features)}
+
+
+def bone_error(result, content):
+    """The largest relative difference of a bone's length, over all bones of the file's own skeleton but those that carry the hips.   ->  float"""
+    parents, carries = content.clip.parents, set()
+    j = int(content.mapping.joints[0])
+    while j >= 0:
+        carries.add(j)
+        j = parents[j]
+    bones = [j for j in range(len(parents)) if j not in carries]
+    here, there = (np.linalg.norm(t.translations[:, bones], axis=-1) for t in (result, content))
+    return float(np.max(np.abs(here - there) / np.where(there > 0, there, 1.0), initial=0.0))
 
 
 def measure_real(clip, leg, exemplars, manifold, judges):

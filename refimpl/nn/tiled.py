@@ -48,8 +48,8 @@ def conv_transpose1d_backward(dx, h, w, b=None, *, stride=1, padding="same", out
 
 def _fits(x, w, stride, dilation, groups):
     """Whether the tiles serve this call; what they do not serve, or what is wrong, is for `conv`."""
-    return (isinstance(w, np.ndarray) and w.dtype == getattr(x, "dtype", None) and w.ndim == 3 and w.shape[2] >= NARROWEST and w.dtype in (np.float32, np.float64)
-            and all(type(value) is int and value == 1 for value in (stride, dilation, groups)))
+    return (isinstance(x, np.ndarray) and isinstance(w, np.ndarray) and x.dtype == w.dtype and w.dtype in (np.float32, np.float64)
+            and w.ndim == 3 and w.shape[2] >= NARROWEST and all(type(value) is int and value == 1 for value in (stride, dilation, groups)))
 
 
 def _turned(w):

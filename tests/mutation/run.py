@@ -70,7 +70,7 @@ def changes(folder, file):
 
 
 def explained():
-    """{file: {change: reason}} of equivalents.txt."""
+    """{file: {change: reason}} of equivalents.txt; a change that begins with "~ " is a regular expression for several."""
     found = {}
     for line in filter(None, EQUIVALENTS.read_text().splitlines()):
         if line.startswith("["):
@@ -88,14 +88,15 @@ def judge(folder, files):
     for file in files:
         codes, what, known = exit_codes(folder, file), changes(folder, file), reasons.get(file, {})
         alive = [name for name, code in codes.items() if code in ALIVE]
-        equivalent = [name for name in alive if what[name][0] in known]
+        explains = {name: [change for change in known if _fits(change, what[name][0])] for name in alive}
+        equivalent = [name for name in alive if explains[name]]
         for name in codes:
             if name in alive and name not in equivalent:
                 good = False
                 print(f"{ALIVE[codes[name]]}: {file} {name}\n    - {what[name][1]}\n    + {what[name][0]}")
             elif codes[name] in TIMEOUTS:
                 print(f"killed by the clock: {file} {what[name][0]}")
-        for change in known.keys() - {what[name][0] for name in alive}:
+        for change in known.keys() - {change for found in explains.values() for change in found}:
             good = False
             print(f"explained, but killed or gone: {file} {change}")
         row = [len(codes), len(codes) - len(alive), len(alive), len(equivalent)]
@@ -103,6 +104,10 @@ def judge(folder, files):
         table.append(f"| `{file}` | {' | '.join(map(str, row))} | {_score(row)} |")
     print("\n".join(table + [f"| all | {' | '.join(map(str, totals))} | {_score(totals)} |"]))
     return good
+
+
+def _fits(change, mutant):
+    return re.fullmatch(change[2:], mutant) is not None if change.startswith("~ ") else change == mutant
 
 
 def _score(row):
