@@ -196,3 +196,33 @@ def test_raw_leaves_the_feet_as_the_network_has_them(models, folder, tmp_path):
 def test_the_two_methods_have_options_of_their_own(arguments, words, tmp_path, capsys):
     assert main(["transfer", *arguments, "-o", str(tmp_path / "out.bvh")]) == 2
     assert words in capsys.readouterr().err and not (tmp_path / "out.bvh").exists()
+
+
+@pytest.mark.parametrize("again", [False, True])
+def test_evaluate_measures_every_system(models, folder, tmp_path, capsys, again):
+    """On a handful of embedded clips: the judges need clips that the style did not learn on."""
+    assert main(["train-style", str(models / "motions.npz"), str(models / "manifold.npz"), "--style", "old", "-o", str(tmp_path / "old.npz"), "--epochs", "1",
+                 "--channels", "4", "--width", "9", "--contents", "walk" if again else "walk,jog", *(["--exemplars", "0"] if again else [])]) == 0
+    status = main(["evaluate", str(folder), str(models / "motions.npz"), str(tmp_path / "old.npz"), "--out", str(tmp_path / "out")])
+    said = capsys.readouterr()
+    assert status == 2 and "found no clip of style" in said.err and "train with --clips and --exemplars that leave some" in said.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_evaluate_from_clips_to_report(tmp_path, capsys):
+    clips, run = tmp_path / "clips", ["--epochs", "1", "--width", "9"]
+    clips.mkdir()
+    for made in synthetic.make_database(seconds_per_clip=4.0, people=4, contents=("walk",), styles=("normal", "zombie")):
+        bvh.write_bvh(clips / f"{made.name}.bvh", made.clip)
+    motions, manifold, style, out = (str(tmp_path / name) for name in ("motions.npz", "manifold.npz", "zombie.npz", "out"))
+    assert main(["prepare", str(clips), "-o", motions, "--hold-out", "0.25"]) == 0
+    assert main(["train-autoencoder", motions, "-o", manifold, "--hidden", "8", *run]) == 0
+    assert main(["train-style", motions, manifold, "--style", "zombie", "-o", style, "--channels", "4", "--clips", "[01]$", "--exemplars", "[01]$", *run]) == 0
+    assert main(["evaluate", str(clips), motions, style, "--out", out]) == 0
+    report, said = json.loads((tmp_path / "out" / "report.json").read_text()), capsys.readouterr().out
+    assert [line["system"] for line in report["summary"]] == ["content", "2016", "2017 T(I), raw", "2017", "2017, own pace", "real"]
+    assert "judges fitted on 2 clips" in said and "Table 1, seconds" in said and "projection (figure 2)" in said
+    assert all(line["bone error"] < 1e-6 for line in report["summary"][:5]) and (tmp_path / "out" / "strip_zombie.png").stat().st_size > 10000
+    assert set(report["judges"]) == {"walk_normal_002", "walk_zombie_002"}
+    assert main(["evaluate", str(clips), motions, style, style, "--out", out]) == 2 and "needed each style once" in capsys.readouterr().err
+    assert main(["evaluate", str(clips), motions, style, "--content-style", "sad", "--out", out]) == 2 and "--content-style: found 'sad'" in capsys.readouterr().err

@@ -94,6 +94,8 @@ def fit_judge(clips, vectors, *, components=COMPONENTS, shrinkage=SHRINKAGE):
     Z = Z @ basis
     means = np.array([Z[owner == k].mean(axis=0) for k in range(len(labels))])
     within = _shrunk(Z - means[owner], shrinkage)
+    if not np.trace(within) > 1e-12 * np.mean(Z ** 2):
+        raise ValueError(f"clips: found {len(Z)} windows, no class with two that differ, needed more or longer clips to see how much a class varies")
     values, turned = np.linalg.eigh(within)
     whiten = turned / np.sqrt(np.maximum(values, 1e-12 * values.max()))
     return Judge(vectors, labels, centre, scale, basis, whiten, means @ whiten)

@@ -17,6 +17,7 @@ from .joints import LEGS
 from .rotation import shortest_rotation
 
 BLEND = 8                                                    # frames before and after a lock in which a foot finds its way: 0.13 s
+DEEPEST = 0.12                                               # of thigh + shin: farther the body does not sink; a foot locked too far away slides instead
 REACH = 0.9995                                               # of thigh + shin: a leg that the clean-up moves keeps its knee from locking
 
 
@@ -124,16 +125,18 @@ def faded(values, known, frames):
 
 
 def sink(raw, ankles, blend=BLEND):
-    """How far the body goes down so that both legs reach, as far as going down helps: the largest need nearby, its running mean.
+    """How far the body goes down so that both legs reach, as far as going down helps: the largest need nearby, its running mean; never beyond `DEEPEST`.
 
     raw : (T, 21, 3);  ankles : where the two shall be, (T, 3) each   ->  (T,) >= 0
     """
-    need = np.zeros(len(raw))
+    need, deepest = np.zeros(len(raw)), np.inf
     for (hip, knee, ankle, _), goal in zip(LEGS, ankles):
         _, far = _limits(raw, hip, knee, ankle)
         across = goal - raw[:, hip]
         down = np.sqrt(np.maximum(far ** 2 - across[:, 0] ** 2 - across[:, 2] ** 2, 0.0))
         need = np.maximum(need, -across[:, 1] - down)
+        deepest = min(deepest, DEEPEST * float(far.max()))
+    need = np.minimum(need, deepest)
     return uniform_filter1d(maximum_filter1d(need, 2 * blend + 1, mode="nearest"), 2 * blend + 1, mode="nearest")
 
 

@@ -81,6 +81,8 @@ def test_one_class_is_refused(world):
     _, dataset, _, _ = world
     with pytest.raises(ValueError, match="found 1 classes"):
         judges.fit_judge([(dataset.clips[0].features, "a", "b")], judges.joint_vectors)
+    with pytest.raises(ValueError, match="found 2 windows, no class with two that differ"):
+        judges.fit_judge([(dataset.clips[i].features[:120], "a", str(i)) for i in (0, 1)], judges.joint_vectors)
 
 
 def test_doctored_motion_measures_what_was_done_to_it(world, both):
