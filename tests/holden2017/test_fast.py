@@ -253,3 +253,15 @@ def test_training_allocates_nothing_large_after_its_first_step():
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         assert peak < bound                                      # no signal of a layer, no filters (3.3 MB), no Gram matrix
+
+
+def test_an_hour_of_motion_needs_less_than_a_gibibyte_beside_itself():
+    """216,000 frames through the paper's networks in one call."""
+    rng = np.random.default_rng(0)
+    stylist = Stylist(networks.init_transformation_network(rng), networks.init_loss_network(rng))
+    X = np.zeros((1, 66, 216_000), np.float32)
+    tracemalloc.start()
+    found = stylist.stylise(X)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert found.shape == X.shape and peak < 2 ** 30
