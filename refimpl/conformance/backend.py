@@ -7,7 +7,7 @@ import importlib
 import os
 import sys
 
-from . import operations_holden, operations_nn
+from . import operations_holden, operations_nn, operations_torresani
 
 TOLERANCES = {"float64": 1e-12, "float32": 1e-5}                 # relative to the largest element of the expected array
 
@@ -28,7 +28,7 @@ class Backend:
 def reference():
     """The package itself as a backend."""
     functions = {}
-    for operation in operations_nn.OPERATIONS + operations_holden.OPERATIONS:
+    for operation in operations_nn.OPERATIONS + operations_holden.OPERATIONS + operations_torresani.OPERATIONS:
         functions[operation.name] = operation.f
         if operation.backward:
             functions[f"{operation.name}_backward"] = operation.backward

@@ -46,7 +46,7 @@ def prove_operation(operation, seed=0):
     for number, sample in enumerate(operation.samples(generator(operation, seed))):
         off = _values_differ(operation, sample)
         difference = max(difference, off)
-        if off > VALUES:
+        if off > VALUES * operation.tolerance:
             failures.append(f"{operation.name}/{sample.label}: the fast form and the definition differ by {off:.3g} of the largest element")
         values += 1
         if operation.backward and sample.smooth:

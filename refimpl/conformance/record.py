@@ -37,7 +37,8 @@ class Operation:
 
     name : what a backend calls it; its gradient is name + "_backward";  arguments : names of the inputs;  f, backward : the reference;
     definition : the same mathematics derived a second time, slow and plain, float64 or complex;  samples : rng -> list of Sample;
-    bad : () -> list of Bad;  batched : inputs whose first axis is the batch;  tolerance : factor on a backend's tolerance (long sums).
+    bad : () -> list of Bad;  batched : inputs whose first axis is the batch;  tolerance : factor on a backend's tolerance (long sums, searches);
+    precisions : that it is tried in;  backward : None where there is no gradient.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Operation:
     bad: callable = list
     batched: tuple = (0,)
     tolerance: float = 1.0
+    precisions: tuple = ("float64", "float32")
     equation: str = ""
 
 

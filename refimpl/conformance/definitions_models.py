@@ -1,0 +1,201 @@
+r"""More second definitions of the 2006 system: support vectors, predicted styles, exponential maps, the search of equation 12, measures of effort.
+
+Loops, and another way than the fast form's where there is one: a support vector machine by moving every pair of betas and then solving its
+conditions exactly, an exponential map by its series, a minimum by the sign of the derivative.
+"""
+
+import math
+
+import numpy as np
+
+from .definitions_torresani import distance, gaussian_kernel, kernel_ridge, linear_ridge, solved
+
+
+def support_vectors(K, y, C, epsilon):
+    """The dual problem of `torresani2006.svr`.   ->  beta (n,), b"""
+    n, beta = len(y), np.zeros(len(y))
+    for _ in range(400):
+        for i in range(n):
+            for j in range(i):
+                t = best_move(K, y, beta, i, j, C, epsilon)
+                beta[i], beta[j] = beta[i] + t, beta[j] - t
+        exact = exact_solution(K, y, beta, C, epsilon)
+        if exact is not None:
+            return exact
+    raise ArithmeticError("support vectors: found no end after 400 sweeps")
+
+
+def best_move(K, y, beta, i, j, C, epsilon):
+    """The t that lowers the dual most when beta_i rises and beta_j sinks by it: a stationary point for some pair of signs, a kink or an end."""
+    slope = sum((K[i, k] - K[j, k]) * beta[k] for k in range(len(y))) - y[i] + y[j]
+    curvature = max(K[i, i] + K[j, j] - 2 * K[i, j], 1e-300)
+    low, high = max(-C - beta[i], beta[j] - C), min(C - beta[i], C + beta[j])
+    tries = [-(slope + epsilon * signs) / curvature for signs in (-2, 0, 2)] + [-beta[i], beta[j]]
+
+    def change(t):
+        return t * (slope + 0.5 * curvature * t) + epsilon * (abs(beta[i] + t) + abs(beta[j] - t) - abs(beta[i]) - abs(beta[j]))
+    return min((min(max(t, low), high) for t in tries), key=change)
+
+
+def exact_solution(K, y, beta, C, epsilon):
+    """Which betas are 0, at the box or between is guessed from `beta`; the conditions are then linear equations.   ->  beta, b, or None"""
+    n = len(y)
+    free = [i for i in range(n) if 1e-7 * C < abs(beta[i]) < (1 - 1e-7) * C]
+    fixed = [0.0 if i in free or abs(beta[i]) < 0.5 * C else math.copysign(C, beta[i]) for i in range(n)]
+    sign = [math.copysign(1.0, beta[i]) for i in free]
+    found = np.array(fixed)
+    if free:
+        A = [[K[i, j] for j in free] + [1.0] for i in free] + [[1.0] * len(free) + [0.0]]
+        right = [y[i] - s * epsilon - sum(K[i, k] * fixed[k] for k in range(n)) for i, s in zip(free, sign)] + [-sum(fixed)]
+        *values, b = solved(A, right)
+        found[free] = values
+        if any(v * s < 0 or abs(v) > C for v, s in zip(values, sign)):
+            return None
+    rest = [y[i] - sum(K[i, k] * found[k] for k in range(n)) for i in range(n)]
+    highest = max(r - (epsilon if v >= 0 else -epsilon) for r, v in zip(rest, found) if v < C)
+    lowest = min(r - (epsilon if v > 0 else -epsilon) for r, v in zip(rest, found) if v > -C)
+    if highest > lowest + 1e-9 or abs(sum(found)) > 1e-9:
+        return None
+    return found, b if free else (highest + lowest) / 2
+
+
+def support_vectors_without_bias(K, y, C, epsilon):
+    """The same with b = 0 and no condition on the sum, as a rival has it: one beta at a time until nothing moves."""
+    beta = np.zeros(len(y))
+    for _ in range(5000):
+        before = beta.copy()
+        for i in range(len(y)):
+            rest = y[i] - sum(K[i, k] * beta[k] for k in range(len(y)) if k != i)
+            beta[i] = min(max(math.copysign(max(abs(rest) - epsilon, 0.0), rest) / K[i, i], -C), C)
+        if np.abs(beta - before).max() < 1e-13:
+            break
+    return beta, 0.0
+
+
+def support_vector_regression(K, y, K_new, *, C, epsilon, solve=support_vectors):
+    beta, b = solve(K, y, C, epsilon)
+    n = range(len(y))
+    dual = sum(0.5 * beta[i] * K[i, j] * beta[j] for i in n for j in n) - sum(y[i] * beta[i] - epsilon * abs(beta[i]) for i in n)
+    return dual, np.array([sum(row[i] * beta[i] for i in n) + b for row in K_new])
+
+
+def predicted_style(Z, Y, new, *, kind, ridge=None, gamma=None, C=None, epsilon=None):
+    """One effort after the other, on inputs in units of their standard deviation."""
+    if kind == "linear interpolation":
+        return np.array([[(1 - z[-1]) * z[k - 7] + z[-1] * z[k - 4] for k in range(3)] for z in new])
+    mean = [sum(column) / len(Z) for column in Z.T]
+    deviation = [math.sqrt(sum((x - m) ** 2 for x in column) / len(Z)) or 1.0 for column, m in zip(Z.T, mean)]
+    X, there = (np.array([[(x - m) / s for x, m, s in zip(z, mean, deviation)] for z in rows]) for rows in (Z, new))
+    results = []
+    for y in Y.T:
+        usual = sum(y) / len(y)
+        if kind == "linear ridge":
+            theta = linear_ridge(X, y - usual, ridge=ridge)
+            results.append([sum(a * b for a, b in zip(x, theta)) + usual for x in there])
+            continue
+        K, K_new = gaussian_kernel(X, X, gamma=gamma), gaussian_kernel(there, X, gamma=gamma)
+        if kind == "kernel ridge":
+            a = kernel_ridge(K, y - usual, ridge=ridge)
+            results.append([sum(w * k for w, k in zip(a, row)) + usual for row in K_new])
+        else:
+            results.append(support_vector_regression(K, y, K_new, C=C, epsilon=epsilon)[1])
+    return np.array(results).T
+
+
+def exponential_map(v):
+    """exp(hat v) by its series."""
+    out = np.zeros(v.shape + (3,))
+    for index in np.ndindex(v.shape[:-1]):
+        x, y, z = v[index]
+        K, term = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]), np.eye(3)
+        for k in range(1, 60):
+            out[index] += term
+            term = term @ K / k
+    return out
+
+
+def rotation_vector(R):
+    """From the antisymmetric part, sin(t) u, and the trace, 1 + 2 cos(t); near half a turn u
+    from the symmetric part, (R + R^T)/2 - cos(t) I = (1 - cos t) u u^T.
+
+    Of the two vectors of exactly half a turn the one whose largest element is positive.
+    """
+    out = np.zeros(R.shape[:-1])
+    for index in np.ndindex(R.shape[:-2]):
+        M = R[index]
+        twice = np.array([M[2, 1] - M[1, 2], M[0, 2] - M[2, 0], M[1, 0] - M[0, 1]])
+        sine, cosine = 0.5 * math.sqrt(sum(twice ** 2)), 0.5 * (M[0, 0] + M[1, 1] + M[2, 2] - 1)
+        angle = math.atan2(sine, cosine)
+        if cosine > -0.9:
+            out[index] = 0.5 * twice if sine < 1e-9 else angle * 0.5 * twice / sine
+        else:
+            S = 0.5 * (M + M.T) - cosine * np.eye(3)                         # (1 - cos t) u u^T
+            k = max(range(3), key=lambda i: S[i, i])
+            u = S[:, k] / math.sqrt(sum(S[:, k] ** 2))
+            out[index] = angle * (-u if sum(u * twice) < 0 else u)
+    return out
+
+
+def continuous_exponential_maps(R, reference):
+    """Of all vectors v + 2 pi k u of one rotation the nearest to the frame before; both ways round to begin with, and the shorter one taken."""
+    T, J = R.shape[:2]
+    out = np.zeros((T, J, 3))
+    for j in range(J):
+        shortest = [rotation_vector(reference[j].T @ R[t, j]) for t in range(T)]
+        ways = []
+        for turns in (0, -1):
+            before, way = equivalents(shortest[0], shortest[0], (turns,))[0], []
+            for v in shortest:
+                before = min(equivalents(v, before, range(-6, 7)), key=lambda x: distance(x, before))
+                way.append(before)
+            ways.append(way)
+        lengths = [sum(math.sqrt(distance(x, [0, 0, 0])) for x in way) / T for way in ways]
+        out[:, j] = ways[1] if lengths[1] < lengths[0] - 1e-9 else ways[0]
+    return out.reshape(T, 3 * J)
+
+
+def equivalents(v, before, turns):
+    """v + 2 pi k u for some k, u its direction or, for no rotation, that of the vector before."""
+    along = v if math.sqrt(distance(v, [0, 0, 0])) >= 1e-9 else before
+    length = math.sqrt(distance(along, [0, 0, 0])) or 1.0
+    return [v + 2 * math.pi * k * along / length for k in turns]
+
+
+def slope(coefficients, x):
+    return sum(k * c * x ** (k - 1) for k, c in enumerate(coefficients) if k)
+
+
+def value(coefficients, x):
+    return sum(c * x ** k for k, c in enumerate(coefficients))
+
+
+def golden_section(coefficients, low, high, *, tolerance=1e-6):
+    """Where the slope turns from falling to rising, by halving; of a constant the upper end."""
+    found = []
+    for c, a, b in zip(coefficients, low, high):
+        for _ in range(60):
+            a, b = (a, (a + b) / 2) if slope(c, (a + b) / 2) > 0 else ((a + b) / 2, b)
+        found.append((a + b) / 2)
+    return np.array(found)
+
+
+def best_alpha(coefficients, *, samples=13, tolerance=1e-6):
+    grid, found = [-0.25 + 1.5 * k / (samples - 1) for k in range(samples)], []
+    for c in coefficients:
+        best = min(range(samples), key=lambda k: value(c, grid[k]))
+        alpha = golden_section([c], [grid[max(best - 1, 0)]], [grid[min(best + 1, samples - 1)]])[0]
+        found.append(alpha if value(c, alpha) <= value(c, grid[best]) else grid[best])
+    return np.array(found)
+
+
+def effort_measures(positions, *, fps):
+    """Energy, speed, acceleration and jerk, one joint and one frame after the other."""
+    T, J = positions.shape[:2]
+    differences = [positions * 1.0]
+    for _ in range(3):
+        last = differences[-1]
+        differences.append(np.array([(last[t + 1] - last[t]) * fps for t in range(len(last) - 1)]))
+    lengths = [[[math.sqrt(distance(x, [0, 0, 0])) for x in frame] for frame in difference] for difference in differences[1:]]
+    energy = max(0.5 * sum(v * v for v in frame) for frame in lengths[0])
+    return np.array([energy] + [sum(map(sum, frames)) / (len(frames) * J) for frames in lengths])
+

@@ -1,0 +1,226 @@
+r"""Every operation of the 2006 system a second time: loops straight from the equations, by another way where there is one.
+
+Slow, and written without a look at the fast forms. Frames count from 0, angles are radians, everything is float64.
+"""
+
+import math
+
+import numpy as np
+
+
+def distance(x, y):
+    return sum((float(a) - float(b)) ** 2 for a, b in zip(x, y))
+
+
+def dtw(X, Y):
+    """Equations 3 to 5 with a pointer back from every cell; of equal ways the diagonal, then p-1, then q-1.   ->  cost, path"""
+    cost, back = {}, {}
+    for p in range(len(X)):
+        for q in range(len(Y)):
+            ways = [cell for cell in ((p - 1, q - 1), (p - 1, q), (p, q - 1)) if cell in cost]
+            best = None
+            for cell in ways:
+                if best is None or cost[cell] < cost[best]:
+                    best = cell
+            cost[p, q] = distance(X[p], Y[q]) + (cost[best] if best else 0.0)
+            back[p, q] = best
+    end = cell = (len(X) - 1, len(Y) - 1)
+    path = []
+    while cell is not None:
+        path.append(cell)
+        cell = back[cell]
+    return cost[end], np.array(path[::-1])
+
+
+def dtw_cost(X, Y):
+    return dtw(X, Y)[0]
+
+
+def dtw_path(X, Y):
+    return dtw(X, Y)[1]
+
+
+def content_clusters(ssd, *, threshold):
+    """Spread each fragment's number to all that it matches, until nothing changes."""
+    label = list(range(len(ssd)))
+    changed = True
+    while changed:
+        changed = False
+        for i, j in np.ndindex(*np.shape(ssd)):
+            if ssd[i, j] < threshold and label[j] != label[i]:
+                label[i] = label[j] = min(label[i], label[j])
+                changed = True
+    order = sorted(set(label))
+    return np.array([order.index(number) for number in label])
+
+
+def read(values, time):
+    """A sequence at a time between two frames."""
+    before = min(int(time), max(len(values) - 2, 0))
+    after, u = min(before + 1, len(values) - 1), time - before
+    return (1 - u) * values[before] + u * values[after]
+
+
+def smoothed(column, sigma):
+    """A Gaussian of `sigma` frames, cut at four sigma; beyond its ends the sequence goes on by its point reflection about them."""
+    last, radius = len(column) - 1, int(4 * sigma + 0.5)
+
+    def at(n):
+        if n < 0:
+            return 2 * column[0] - at(-n)
+        return 2 * column[last] - at(2 * last - n) if n > last else column[n]
+    weights = [math.exp(-0.5 * (k / sigma) ** 2) for k in range(-radius, radius + 1)]
+    return [sum(w * at(n + k - radius) for k, w in enumerate(weights)) / sum(weights) for n in range(last + 1)]
+
+
+def time_curve(path, smooth):
+    """->  (p*, q*) as two lists over the path, and where on it each whole p and each whole q is reached"""
+    curves, inverses = [], []
+    for column in np.asarray(path, dtype=float).T.tolist():
+        curve = list(column)
+        if smooth and len(column) > 2:
+            inner, largest = smoothed(column, smooth), 0.0
+            for n in range(1, len(column) - 1):
+                largest = max(largest, inner[n]) if n > 1 else inner[n]
+                curve[n] = min(max(largest, column[0]), column[-1])
+        curves.append(np.array(curve))
+        inverses.append([reached(curve, k) for k in range(int(round(curve[-1])) + 1)])
+    return curves, inverses
+
+
+def reached(curve, k):
+    """The parameter n at which a rising curve is k; where it stands there, the middle; at both ends the ends."""
+    if k == 0 or k == int(round(curve[-1])):
+        return 0.0 if k == 0 and len(curve) > 1 and curve[-1] > 0 else float(len(curve) - 1)
+    standing = [n for n, value in enumerate(curve) if value == k]
+    if standing:
+        return (standing[0] + standing[-1]) / 2
+    n = max(n for n, value in enumerate(curve) if value < k)
+    return n + (k - curve[n]) / (curve[n + 1] - curve[n])
+
+
+def space_time_interpolation(X, Y, root_X, root_Y, path, *, alpha, smooth=6.0, up="y"):
+    """Section 5, frame by frame.   ->  angles (T, D), root (T, 4)"""
+    (p_curve, q_curve), (n0, n1) = time_curve(path, smooth)
+    exact = (1 - alpha) * len(X) + alpha * len(Y)
+    frames = max(round(exact), 2, math.ceil(min(len(X), len(Y)) / 2))
+    angles, root, farthest = np.zeros((frames, X.shape[1])), np.zeros((frames, 4)), 0.0
+    turns = round((root_Y[0, 3] - root_X[0, 3]) / (2 * math.pi))
+    shifted = np.array(root_Y, dtype=float)
+    shifted[:, 3] -= 2 * math.pi * turns
+    here = []
+    for k in range(frames):
+        n = (1 - alpha) * read(n0, k * (len(X) - 1) / (frames - 1)) + alpha * read(n1, k * (len(Y) - 1) / (frames - 1))
+        farthest = max(farthest, min(n, len(path) - 1.0))
+        n = 0.0 if k == 0 else len(path) - 1.0 if k == frames - 1 else farthest
+        p, q = read(p_curve, n), read(q_curve, n)
+        angles[k] = (1 - alpha) * read(X, p) + alpha * read(Y, q)
+        here.append((read(root_X, p), read(shifted, q)))
+        root[k] = (1 - alpha) * here[k][0] + alpha * here[k][1]
+    floor = [0, 2] if up == "y" else [0, 1]
+    for k in range(1, frames):
+        step = sum(w * turned(here[k][i][floor] - here[k - 1][i][floor], -here[k - 1][i][3], up) for i, w in ((0, 1 - alpha), (1, alpha)))
+        root[k, floor] = root[k - 1, floor] + turned(step, root[k - 1, 3], up)
+    return angles, root
+
+
+def turned(v, angle, up):
+    """By complex numbers: x + i y about z; about y it is z + i x that turns by +angle."""
+    if up == "z":
+        w = complex(v[0], v[1]) * complex(math.cos(angle), math.sin(angle))
+        return np.array([w.real, w.imag])
+    w = complex(v[1], v[0]) * complex(math.cos(angle), math.sin(angle))
+    return np.array([w.imag, w.real])
+
+
+def sequences(frames, lengths):
+    ends = [sum(lengths[:i + 1]) for i in range(len(lengths))]
+    return [frames[end - n:end] for end, n in zip(ends, lengths)]
+
+
+def one_stage_segmentation(Y, frames, lengths):
+    """Equations 8 to 11 with a pointer back from every cell (p, q, i).   ->  cost, fragments, ends, costs"""
+    X, cost, back = sequences(frames, lengths), {}, {}
+    for p in range(len(Y)):
+        ended = min(((cost[p - 1, len(X[j]) - 1, j], j) for j in range(len(X))), default=None) if p else None
+        for i in range(len(X)):
+            for q in range(len(X[i])):
+                if q:
+                    ways = [cell for cell in ((p - 1, q - 1, i), (p - 1, q, i), (p, q - 1, i)) if cell in cost]
+                else:
+                    ways = [(p - 1, 0, i), (p - 1, len(X[ended[1]]) - 1, ended[1])] if p else []
+                best, entered = None, False
+                for number, cell in enumerate(ways):
+                    if best is None or cost[cell] < cost[best]:
+                        best, entered = cell, not q and number == 1
+                cost[p, q, i] = distance(Y[p], X[i][q]) + (cost[best] if best else 0.0)
+                back[p, q, i] = (best, entered or best is None)
+    total, i = min((cost[len(Y) - 1, len(X[i]) - 1, i], i) for i in range(len(X)))
+    cell, end, pieces = (len(Y) - 1, len(X[i]) - 1, i), (len(Y) - 1, len(X[i]) - 1, i), []
+    while cell is not None:
+        before, entered = back[cell]
+        if entered:
+            pieces.append((cell[2], end[0] + 1, cost[end] - (cost[before] if before else 0.0)))
+            end = before
+        cell = before
+    found, ends, costs = zip(*pieces[::-1])
+    return total, np.array(found), np.array(ends), np.array(costs)
+
+
+def jacobi_eigenvalues(A):
+    """A symmetric matrix by rotations, each of which makes one element 0.   ->  values, vectors in columns"""
+    A, V = np.array(A, dtype=float), np.eye(len(A))
+    for _ in range(60):
+        if max((abs(A[i, j]) for i in range(len(A)) for j in range(i)), default=0.0) <= 1e-17 * abs(np.trace(A)):
+            break
+        for i in range(len(A)):
+            for j in range(i):
+                angle = 0.5 * math.atan2(2 * A[i, j], A[j, j] - A[i, i])
+                J = np.eye(len(A))
+                J[i, i] = J[j, j] = math.cos(angle)
+                J[i, j], J[j, i] = math.sin(angle), -math.sin(angle)
+                A, V = J.T @ A @ J, V @ J
+    return np.diag(A), V
+
+
+def principal_components(frames, lengths, *, components, length):
+    """From the eigenvectors of the fragments' products with each other.   ->  mean, basis, coefficients"""
+    X = np.array([np.concatenate([read(x, (len(x) - 1) * k / (length - 1) if length > 1 else 0.0) for k in range(length)])
+                  for x in sequences(frames, lengths)])
+    mean = sum(X) / len(X)
+    values, vectors = jacobi_eigenvalues((X - mean) @ (X - mean).T)
+    basis = np.zeros((components, X.shape[1]))
+    for n, column in enumerate(sorted(range(len(X)), key=lambda c: -values[c])[:components]):
+        direction = sum(vectors[i, column] * (X[i] - mean) for i in range(len(X)))
+        direction = direction / math.sqrt(sum(direction ** 2))
+        largest = max(range(len(direction)), key=lambda k: abs(direction[k]))
+        basis[n] = direction if direction[largest] > 0 else -direction
+    return mean, basis, np.array([[sum(b * (x - mean)) for b in basis] for x in X])
+
+
+def gaussian_kernel(A, B, *, gamma):
+    return np.array([[math.exp(-gamma * distance(a, b)) for b in B] for a in A])
+
+
+def solved(A, B):
+    """A^-1 B by elimination with the largest pivot."""
+    A, B = np.array(A, dtype=float), np.array(B, dtype=float)
+    for i in range(len(A)):
+        largest = max(range(i, len(A)), key=lambda k: abs(A[k, i]))
+        A[[i, largest]], B[[i, largest]] = A[[largest, i]], B[[largest, i]]
+        for k in range(len(A)):
+            if k != i:
+                factor = A[k, i] / A[i, i]
+                A[k] -= factor * A[i]
+                B[k] = B[k] - factor * B[i]
+    return np.array([B[i] / A[i, i] for i in range(len(A))])
+
+
+def linear_ridge(Z, Y, *, ridge):
+    d = Z.shape[1]
+    A = [[sum(z[i] * z[j] for z in Z) + (ridge if i == j else 0.0) for j in range(d)] for i in range(d)]
+    return solved(A, [sum(z[i] * y for z, y in zip(Z, Y)) for i in range(d)])
+
+
+def kernel_ridge(K, Y, *, ridge):
+    return solved([[K[i, j] + (ridge if i == j else 0.0) for j in range(len(K))] for i in range(len(K))], Y)
