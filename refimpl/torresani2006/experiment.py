@@ -1,10 +1,12 @@
 r"""The experiments of section 8: Table 1, Figure 1, the segmentation of phrases, and whether a style that is asked for is seen."""
 
 from dataclasses import dataclass, field
+import os
 
 import numpy as np
 
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
+from ..motion.sample import BANDAI
 from .align import HIGHEST, LOWEST, interpolate, read_at
 from .database import Database, blend_inputs, coefficients, embedded_database, random_blends, read_database, without
 from .observe import EFFORTS, observe
@@ -60,6 +62,22 @@ def folder_cast(folder, pattern=PATTERN, actions=ACTIONS, performers=PERFORMERS,
     keep = np.array([fragment.name in wanted for fragment in database.fragments])
     database = without(database, keep)
     return Cast(database, np.array([wanted[fragment.name][1] for fragment in database.fragments]))
+
+
+def sample_cast(performers=PERFORMERS):
+    """A cast to look at, and whose motion it is: real clips where REFIMPL_MOCAP names a folder that has the cast, else the embedded performers.
+
+    ->  Cast, credit (str).   Raises FileNotFoundError where REFIMPL_MOCAP names no folder of clips.
+    """
+    folder = os.environ.get("REFIMPL_MOCAP")
+    try:
+        real = folder_cast(folder, performers=performers) if folder else None
+    except ExperimentError:                                  # a folder of other motions
+        real = None
+    if real is None:
+        return embedded_cast(performers), "performers made by refimpl"
+    bandai = all(fragment.name.startswith("dataset-") for fragment in real.database.fragments)
+    return real, BANDAI if bandai else "clips of REFIMPL_MOCAP"
 
 
 def table_1(database, splits=SPLITS, *, blends=BLENDS, training=TRAINING, models=MODELS, seed=0, report=None):

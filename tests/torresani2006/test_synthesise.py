@@ -168,6 +168,29 @@ def test_folder_without_enough_performers(tmp_path):
         experiment.folder_cast(tmp_path)
 
 
+def test_sample_cast(tmp_path, monkeypatch):
+    monkeypatch.delenv("REFIMPL_MOCAP", raising=False)
+    cast, credit = experiment.sample_cast(2)
+    assert len(cast.database.fragments) == 10 and credit == "performers made by refimpl"
+    clips = {(action, n): performers.perform(action, n).clip for action in performers.ACTIONS for n in (7, 8)}
+    bvh.write_bvh(tmp_path / "bow_7_1.bvh", clips["bow", 7])
+    monkeypatch.setenv("REFIMPL_MOCAP", str(tmp_path))
+    assert experiment.sample_cast(2)[1] == credit                    # not enough of them
+    for (action, n), clip in clips.items():
+        bvh.write_bvh(tmp_path / f"{action}_{n}_1.bvh", clip)
+    cast, credit = experiment.sample_cast(2)
+    assert set(cast.performer) == {"7", "8"} and credit == "clips of REFIMPL_MOCAP"
+    monkeypatch.setenv("REFIMPL_MOCAP", str(tmp_path / "nowhere"))
+    with pytest.raises(FileNotFoundError):
+        experiment.sample_cast(2)
+
+
+@pytest.mark.mocap
+def test_sample_cast_names_whose_motion_it_is(mocap, monkeypatch):
+    monkeypatch.setenv("REFIMPL_MOCAP", str(mocap / "bandai1"))
+    assert "CC BY-NC" in experiment.sample_cast(2)[1]
+
+
 def command(*words):
     parser = argparse.ArgumentParser()
     torresani.add_commands(parser.add_subparsers())
