@@ -173,6 +173,7 @@ _PROMISES = {"leaves its inputs alone": _left_alone, "same bits twice": _same_bi
              "linear in the upstream gradient": _linear}
 
 
+@np.errstate(all="ignore")
 def follows(case, backend):
     """The rival convention whose outputs the backend's equal, with how nearly; "" when none fits."""
     if case.kind == "refused" or case.kind in _PROMISES:
