@@ -27,8 +27,7 @@ def conv1d(x, w, b=None, *, stride=1, padding="same", dilation=1, groups=1):
         for c in range(Cg):
             for k in range(K):
                 s = t * stride + k * dilation - left
-                if 0 <= s < T:
-                    y[n, o, t] += w[o, c, k] * x[n, first + c, s]
+                y[n, o, t] += w[o, c, k] * (x[n, first + c, s] if 0 <= s < T else 0.0)
         if b is not None:
             y[n, o, t] += b[o]
     return y

@@ -193,8 +193,9 @@ def principal_components(frames, lengths, *, components, length):
     for n, column in enumerate(sorted(range(len(X)), key=lambda c: -values[c])[:components]):
         direction = sum(vectors[i, column] * (X[i] - mean) for i in range(len(X)))
         direction = direction / math.sqrt(sum(direction ** 2))
-        largest = max(range(len(direction)), key=lambda k: abs(direction[k]))
-        basis[n] = direction if direction[largest] > 0 else -direction
+        most = max(abs(x) for x in direction)
+        first = next(k for k, x in enumerate(direction) if abs(x) >= (1 - 1e-9) * most)
+        basis[n] = direction if direction[first] > 0 else -direction
     return mean, basis, np.array([[sum(b * (x - mean)) for b in basis] for x in X])
 
 

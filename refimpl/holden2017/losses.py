@@ -10,6 +10,8 @@ import numpy as np
 from .. import nn
 from ..motion.features import FEATURES, FORWARD, POSITIONS, SIDEWAYS, TURN, VELOCITIES
 from ..motion.joints import BONES, FEET, JOINTS
+from ..nn.arguments import check_whole
+from ..nn.sums import power_of_two
 
 
 def content_loss(H_input, H_output, *, c=1.0, squared=False):
@@ -52,6 +54,7 @@ def style_target(exemplars, frames):
 
     exemplars : list of H (m, T_e)  ->  (m, m)
     """
+    check_whole("frames", frames, 1)
     total = sum(nn.gram(H[None])[0] for H in exemplars)
     return total * (frames / sum(H.shape[1] for H in exemplars))
 
@@ -123,8 +126,7 @@ def bone_loss_backward(dloss, motion, lengths):
 
     At a bone of length 0 the gradient is 0 (the kink rule of a norm).
     """
-    bones, errors, found = _bone_errors(motion, lengths)
-    direction = bones / np.where(found == 0, 1, found)[:, :, None]
+    direction, errors = _bone_errors(motion, lengths)
     d_bones = nn.sum_squares_backward(dloss, errors)[:, :, None] * direction             # (N, 20, 3, T)
     dmotion = np.zeros_like(motion)
     dp = joint_positions(dmotion)
@@ -135,12 +137,15 @@ def bone_loss_backward(dloss, motion, lengths):
 
 
 def _bone_errors(motion, lengths):
-    """Bone vectors (N, 20, 3, T), errors of their lengths (N, 20, T), their lengths (N, 20, T)."""
+    """Directions of the bones (N, 20, 3, T), 0 for one of length 0, and errors of their lengths (N, 20, T)."""
     p = joint_positions(motion)
     j1, j2 = np.array(BONES).T
     bones = p[:, j1] - p[:, j2]
-    found = np.sqrt(np.sum(bones * bones, axis=2))
-    return bones, found - np.asarray(lengths, dtype=motion.real.dtype)[:, None], found
+    scale = power_of_two(np.abs(bones).max(axis=2))             # squares would overflow, or vanish
+    part = bones / scale[:, :, None]
+    length = np.sqrt(np.sum(part * part, axis=2))
+    direction = part / np.where(length == 0, 1, length)[:, :, None]
+    return direction, scale * length - np.asarray(lengths, dtype=motion.real.dtype)[:, None]
 
 
 def trajectory_loss(motion, wanted, *, turn_weight=1.0):

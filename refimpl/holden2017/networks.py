@@ -9,6 +9,7 @@ import numpy as np
 from .. import nn
 from ..motion.features import FEATURES
 from ..nn import tiled
+from ..nn.sums import wide_sum
 
 HIDDEN, WIDTH, CHANNELS = 256, 25, 128
 
@@ -65,7 +66,7 @@ def decode_backward(dX, H, params, *, kernels=tiled):
     """dX : (N, 66, 2 T), H : (N, 256, T)  ->  dH, {"W0": dW0, "b0": db0}"""
     D = nn.avg_depool1d(H) - params["b0"][:, None]
     dD, dW0, _ = kernels.conv_transpose1d_backward(dX, D, params["W0"])
-    return nn.avg_depool1d_backward(dD, H), {"W0": dW0, "b0": -dD.sum(axis=(0, 2))}
+    return nn.avg_depool1d_backward(dD, H), {"W0": dW0, "b0": -wide_sum(dD, (0, 2))}
 
 
 def decode_backward_to_input(dX, H, params, *, kernels=tiled):

@@ -8,6 +8,7 @@ array from step to step. Arrays are channel-last, (B, T, C). What comes back las
 import numpy as np
 
 from ..nn.plan import Plan
+from ..nn.sums import wide_sum
 from . import losses
 from .half import half_filters, half_filters_backward, taps
 from .total import TERMS
@@ -116,12 +117,12 @@ class StyleStep:
         one, two, three = self.layers
         gradients = {}
         dA, gradients["W3"] = three.backward(dO, self.V3)
-        gradients["b3"] = dO.sum(axis=(0, 1))
+        gradients["b3"] = wide_sum(dO, (0, 1))
         dA *= np.greater(three.input, 0, out=self.masks[1])
-        gradients["b2"] = dA.sum(axis=(0, 1))
+        gradients["b2"] = wide_sum(dA, (0, 1))
         dA, gradients["W2"] = two.backward(dA, self.V2)
         dA *= np.greater(two.input, 0, out=self.masks[0])
-        gradients["b1"] = dA.sum(axis=(0, 1))
+        gradients["b1"] = wide_sum(dA, (0, 1))
         gradients["W1"] = one.backward(dA, None, to_input=False)[1]
         return {name: gradients[name] for name in ("W1", "b1", "W2", "b2", "W3", "b3")}
 
@@ -155,17 +156,17 @@ class AutoencoderStep:
         error = self.decoder.forward(self.V_half)                # (B, T / 2, 2 x 66), in time order (B, T, 66)
         error = error.reshape(len(X), -1, X.shape[1])
         error -= X.swapaxes(1, 2)
-        loss = np.vdot(error, error) / error.size + self.alpha * (np.abs(W0).sum() + np.abs(b0).sum()) / size
+        loss = wide_sum(error * error) / error.size + self.alpha * (np.abs(W0).sum() + np.abs(b0).sum()) / size
         error *= Z.dtype.type(2 / error.size)
         dE, d_half = self.decoder.backward(error.reshape(len(X), -1, 2 * X.shape[1]), self.V_half)
-        db0 = -dE.sum(axis=(0, 1))
+        db0 = -wide_sum(dE, (0, 1))
         dE *= Z.dtype.type(0.5)
         unpool_into(dE, self.first, self.active, self.dZ)
         dZ = self.dZ.reshape(Z.shape)
         dW0 = self.encoder.backward(dZ, None, to_input=False)[1]
         dW0 += half_filters_backward(d_half, W0.shape[2])
         dW0 += Z.dtype.type(self.alpha / size) * np.sign(W0)
-        db0 += dZ.sum(axis=(0, 1)) + Z.dtype.type(self.alpha / size) * np.sign(b0)
+        db0 += wide_sum(dZ, (0, 1)) + Z.dtype.type(self.alpha / size) * np.sign(b0)
         return loss, {"W0": dW0, "b0": db0}
 
 

@@ -15,6 +15,8 @@ def axis_rotation(axis, angle):
 
         Rx = [1 0 0; 0 c -s; 0 s c]   Ry = [c 0 s; 0 1 0; -s 0 c]   Rz = [c -s 0; s c 0; 0 0 1]
     """
+    if not isinstance(axis, str) or len(axis) != 1 or axis not in AXES:
+        raise ValueError(f"axis: found {axis!r}, needed one of X, Y, Z")
     angle = np.asarray(angle, dtype=float)
     i = AXES.index(axis)
     j, k = (i + 1) % 3, (i + 2) % 3
@@ -32,6 +34,9 @@ def euler_to_matrix(angles, order):
     angles : [..., n] radians, order : a word of n axes such as "ZXY"  ->  [..., 3, 3]
     """
     angles = np.asarray(angles, dtype=float)
+    if not isinstance(order, str) or set(order) - set(AXES) or angles.shape[-1:] != (len(order),):
+        raise ValueError(f"order: found {order!r} for {angles.shape[-1:]} angles, needed a word of as many "
+                         "of the axes X, Y, Z")
     R = np.broadcast_to(np.eye(3), angles.shape[:-1] + (3, 3))
     for n, axis in enumerate(order):
         R = R @ axis_rotation(axis, angles[..., n])
@@ -73,14 +78,23 @@ def hat(v):
 def exp_map(v):
     r"""Rodrigues' formula, from a rotation vector (axis times angle) to its matrix:
 
-        R = I + sin(t)/t hat(v) + (1 - cos t)/t^2 hat(v)^2,   t = |v|
+        R = I + sin t hat(u) + (1 - cos t) hat(u)^2,   t = |v|,   u = v / t,   1 - cos t = 2 sin^2(t/2)
 
-    v : [..., 3] radians  ->  [..., 3, 3]
+    v : [..., 3] radians  ->  [..., 3, 3].   Raises ValueError for numbers that are not finite.
+
+    >>> exp_map([0, 0, np.pi / 2]).round(6)
+    array([[ 0., -1.,  0.],
+           [ 1.,  0.,  0.],
+           [ 0.,  0.,  1.]])
     """
     v = np.asarray(v, dtype=float)
-    t = np.linalg.norm(v, axis=-1)[..., None, None]
-    K = hat(v)
-    return np.eye(3) + np.sinc(t / np.pi) * K + 0.5 * np.sinc(t / (2 * np.pi)) ** 2 * (K @ K)
+    with np.errstate(over="ignore"):
+        t = np.hypot(np.hypot(v[..., 0], v[..., 1]), v[..., 2])[..., None]   # squares would overflow
+    if not np.isfinite(t).all():
+        raise ValueError("v: found a rotation vector whose length is no finite number, needed one in radians")
+    K = hat(v / np.where(t > 0, t, 1.0))
+    t = t[..., None]
+    return np.eye(3) + np.sin(t) * K + 2 * np.sin(t / 2) ** 2 * (K @ K)
 
 
 def log_map(R):

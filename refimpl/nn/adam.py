@@ -1,20 +1,34 @@
 r"""Adam (Kingma and Ba 2014) on plain dicts of arrays."""
 
+from collections.abc import Mapping
+import sys
+from typing import Any
+
 import numpy as np
 
-from .arguments import check_arrays, check_shape
+from .arguments import check_arrays, check_shape, check_whole
 
 VARIANTS = ("kingma-ba", "epsilon-hat", "no-bias-correction")
+STEPS = 2 ** 53                                                  # a count that a float holds exactly
+
+Arrays = Mapping[str, np.ndarray]
 
 
-def adam_start(params):
-    """The state before the first step: t = 0, both moments zero.   params : {name: array}  ->  dict of t, m, v"""
+def adam_start(params: Arrays) -> dict[str, Any]:
+    """The state before the first step: t = 0, both moments zero.   params : {name: array}  ->  dict of t, m, v
+
+    >>> adam_start({"w": np.ones(2)})
+    {'t': 0, 'm': {'w': array([0., 0.])}, 'v': {'w': array([0., 0.])}}
+    """
     for name, p in params.items():
         check_arrays(**{f"params[{name!r}]": p}, real=True)
-    return {"t": 0, "m": {k: np.zeros_like(p) for k, p in params.items()}, "v": {k: np.zeros_like(p) for k, p in params.items()}}
+    zeros = [{name: np.zeros_like(p) for name, p in params.items()} for _ in "mv"]
+    return {"t": 0, "m": zeros[0], "v": zeros[1]}
 
 
-def adam_step(params, gradients, state, *, rate=1e-3, beta1=0.9, beta2=0.999, epsilon=1e-8, variant="kingma-ba"):
+def adam_step(params: Arrays, gradients: Arrays, state: Mapping[str, Any], *, rate: float = 1e-3,
+              beta1: float = 0.9, beta2: float = 0.999, epsilon: float = 1e-8,
+              variant: str = "kingma-ba") -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     r"""One step of algorithm 1:
 
         t <- t + 1
@@ -22,43 +36,59 @@ def adam_step(params, gradients, state, *, rate=1e-3, beta1=0.9, beta2=0.999, ep
         v <- beta2 v + (1 - beta2) g^2                      mean of their squares
         p <- p - rate * m_hat / (sqrt(v_hat) + epsilon),    m_hat = m / (1 - beta1^t),  v_hat = v / (1 - beta2^t)
 
-    variant "epsilon-hat" adds epsilon before the correction, p <- p - rate sqrt(1 - beta2^t) / (1 - beta1^t) m / (sqrt(v) + epsilon), as the
-    paper proposes below its algorithm; "no-bias-correction" takes m_hat = m, v_hat = v.
-    params, gradients : dicts with the same keys and shapes;  state : of `adam_start` or of the step before
-    ->  new params, new state; the arguments are left as they were
+    g^2 is multiplied from the left and the root taken before the correction, so that the largest
+    gradients do not overflow on the way: in float32 up to 5e20 instead of 2e19.
+
+    variant "epsilon-hat" adds epsilon before the correction, p <- p - rate sqrt(1 - beta2^t) /
+    (1 - beta1^t) m / (sqrt(v) + epsilon), as the paper proposes below its algorithm;
+    "no-bias-correction" takes m_hat = m, v_hat = v.
+    params, gradients : dicts with the same keys and shapes;  state : of `adam_start` or of the step
+    before   ->  new params, new state; the arguments are left as they were
+    Raises ValueError for other keys, shapes, precisions, numbers, or a count of steps that is none.
+
+    >>> params = {"w": np.array([1.0])}
+    >>> new, state = adam_step(params, {"w": np.array([5.0])}, adam_start(params), rate=0.1)
+    >>> new["w"].round(6), state["t"]
+    (array([0.9]), 1)
     """
     _check(params, gradients, state, variant, rate=rate, beta1=beta1, beta2=beta2, epsilon=epsilon)
-    rate, beta1, beta2, epsilon = map(float, (rate, beta1, beta2, epsilon))  # of no precision of their own: float32 stays float32
-    t = state["t"] + 1
+    # Python's numbers have no precision of their own: float32 stays float32.
+    rate, beta1, beta2, epsilon = map(float, (rate, beta1, beta2, epsilon))
+    t = int(state["t"]) + 1
     m = {k: beta1 * state["m"][k] + (1 - beta1) * g for k, g in gradients.items()}
-    v = {k: beta2 * state["v"][k] + (1 - beta2) * (g * g) for k, g in gradients.items()}
+    v = {k: beta2 * state["v"][k] + ((1 - beta2) * g) * g for k, g in gradients.items()}
     corrected = variant != "no-bias-correction"
-    c1, c2 = (1 - beta1 ** t, 1 - beta2 ** t) if corrected else (1.0, 1.0)
+    c1, c2 = (1 - beta1 ** t, (1 - beta2 ** t) ** 0.5) if corrected else (1.0, 1.0)
     if variant == "epsilon-hat":
-        step = {k: rate * float(np.sqrt(c2)) / c1 * (m[k] / (np.sqrt(v[k]) + epsilon)) for k in params}
+        step = {k: rate * c2 / c1 * (m[k] / (np.sqrt(v[k]) + epsilon)) for k in params}
     else:
-        step = {k: rate * ((m[k] / c1) / (np.sqrt(v[k] / c2) + epsilon)) for k in params}
+        step = {k: rate * ((m[k] / c1) / (np.sqrt(v[k]) / c2 + epsilon)) for k in params}
     return {k: p - step[k] for k, p in params.items()}, {"t": t, "m": m, "v": v}
 
 
-def adam_update(params, gradients, state, *, rate=1e-3, beta1=0.9, beta2=0.999, epsilon=1e-8):
-    r"""`adam_step` in place: params and state become what `adam_step` would return, to the last bit. For long training: it allocates nothing
-    large, and goes through the arrays in pieces that stay in the processor's cache."""
-    _check(params, gradients, state, "kingma-ba", rate=rate, beta1=beta1, beta2=beta2, epsilon=epsilon)
+def adam_update(params: Arrays, gradients: Arrays, state: dict[str, Any], *, rate: float = 1e-3,
+                beta1: float = 0.9, beta2: float = 0.999, epsilon: float = 1e-8) -> None:
+    r"""`adam_step` in place: params and state become what it would return, to the last bit.
+
+    For long training: it allocates nothing large, and goes through the arrays in pieces that stay
+    in the processor's cache.
+    """
+    _check(params, gradients, state, "kingma-ba", rate=rate, beta1=beta1, beta2=beta2,
+           epsilon=epsilon)
     rate, beta1, beta2, epsilon = map(float, (rate, beta1, beta2, epsilon))
-    state["t"] += 1
-    c1, c2 = 1 - beta1 ** state["t"], 1 - beta2 ** state["t"]
-    for name, p in params.items():
-        for p, g, m, v in _pieces(p, gradients[name], state["m"][name], state["v"][name]):
+    state["t"] = int(state["t"]) + 1
+    c1, c2 = 1 - beta1 ** state["t"], (1 - beta2 ** state["t"]) ** 0.5
+    for name, whole in params.items():
+        for p, g, m, v in _pieces(whole, gradients[name], state["m"][name], state["v"][name]):
             m *= beta1
             m += (1 - beta1) * g
             v *= beta2
-            v += (1 - beta2) * (g * g)
-            p -= rate * ((m / c1) / (np.sqrt(v / c2) + epsilon))
+            v += ((1 - beta2) * g) * g
+            p -= rate * ((m / c1) / (np.sqrt(v) / c2 + epsilon))
 
 
 def _pieces(p, *others, size=1 << 14):
-    """Flat views of pieces of arrays that lie in memory alike; where they do not, views along the first axis."""
+    """Flat views of pieces of arrays that lie in memory alike; else views along the first axis."""
     if p.ndim and all(a.T.flags.c_contiguous for a in (p, *others)):
         p, *others = (a.T.ravel() for a in (p, *others))
     elif p.ndim and all(a.flags.c_contiguous for a in (p, *others)):
@@ -72,14 +102,20 @@ def _check(params, gradients, state, variant, **numbers):
     if variant not in VARIANTS:
         raise ValueError(f"variant: found {variant!r}, needed one of {', '.join(VARIANTS)}")
     for name, number in numbers.items():
-        if isinstance(number, (bool, np.bool_)) or not isinstance(number, (int, float)) or not number >= 0 or (name[:4] == "beta" and number >= 1):
-            raise ValueError(f"{name}: found {number!r}, needed a Python number from 0 {'to below 1' if name[:4] == 'beta' else 'on'}")
+        limit = 1 if name[:4] == "beta" else np.inf
+        if (isinstance(number, (bool, np.bool_)) or not isinstance(number, (int, float))
+                or not 0 <= number < limit or number > sys.float_info.max):
+            raise ValueError(f"{name}: found {number!r:.60}, needed a Python number from 0 "
+                             f"{'to below 1' if limit == 1 else 'on'}")
     if not isinstance(state, dict) or set(state) != {"t", "m", "v"}:
-        raise ValueError(f"state: found {sorted(state) if isinstance(state, dict) else type(state).__name__}, needed t, m and v; "
-                         "begin with adam_start(params)")
-    for what, other in (("gradients", gradients), ("state['m']", state["m"]), ("state['v']", state["v"])):
-        if set(other) != set(params):
-            raise ValueError(f"{what}: found {sorted(other)}, needed the keys of params, {sorted(params)}")
+        found = sorted(state) if isinstance(state, dict) else type(state).__name__
+        raise ValueError(f"state: found {found}, needed t, m and v; begin with adam_start(params)")
+    check_whole("state['t']", state["t"], 0, STEPS)
+    for what, other in (("gradients", gradients), ("state['m']", state["m"]),
+                        ("state['v']", state["v"])):
+        if not isinstance(other, Mapping) or set(other) != set(params):
+            found = sorted(other) if isinstance(other, Mapping) else type(other).__name__
+            raise ValueError(f"{what}: found {found}, needed the keys of params, {sorted(params)}")
         for name, p in params.items():
             check_arrays(**{f"params[{name!r}]": p, f"{what}[{name!r}]": other[name]}, real=True)
             check_shape(f"{what}[{name!r}]", other[name], p.shape, ", the shape of the parameter")

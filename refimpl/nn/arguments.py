@@ -1,45 +1,87 @@
 """Checks of arguments: an error names the argument, what was found, what was needed and the likely fix."""
 
+from collections.abc import Mapping, Sequence
+import sys
+from typing import Any
+
 import numpy as np
 
-# The precision ladder: every type that an operation takes, and the real type that carries its precision.
+# The precision ladder: every type that an operation takes, and the real type of its precision.
 PRECISION = {np.dtype(t): np.dtype(p) for t, p in (
-    (np.float32, np.float32), (np.complex64, np.float32), (np.float64, np.float64), (np.complex128, np.float64),
-    (np.longdouble, np.longdouble), (np.clongdouble, np.longdouble))}
+    (np.float32, np.float32), (np.complex64, np.float32), (np.float64, np.float64),
+    (np.complex128, np.float64), (np.longdouble, np.longdouble), (np.clongdouble, np.longdouble))}
+LARGEST = 2 ** 31 - 1                                            # of a width, stride, padding ...: an index that any machine holds
 
 
-def check_arrays(*, ndim=None, real=False, **arrays):
-    """All arrays of a call must be of one precision, and real numbers where `real` says so. None is passed over.
+def check_arrays(*, ndim: Mapping[str, int] | None = None, real: bool = False, **arrays: Any) -> None:
+    """All arrays of a call must be of one precision, and real numbers where `real` says so.
 
-    ndim : {name: number of dimensions needed}.   Raises ValueError.
+    arrays : by the names that errors call them; only b, the bias, may be None;  ndim : {name:
+    number of dimensions needed}.   Raises ValueError.
+
+    >>> check_arrays(x=np.zeros(3), w=np.zeros(3, "float32"))
+    Traceback (most recent call last):
+    ValueError: w: found dtype float32, needed the precision of x, float64; try w.astype(x.dtype)
     """
     first = None
     for name, array in arrays.items():
-        if array is None:
+        if array is None and name == "b":
             continue
         dtype = getattr(array, "dtype", None)
         if not isinstance(array, (np.ndarray, np.generic)) or dtype not in PRECISION:
             found = f"dtype {dtype}" if dtype is not None else type(array).__name__
-            raise ValueError(f"{name}: found {found}, needed an array of float32, float64 or longdouble; try np.asarray({name}, dtype=float)")
+            raise ValueError(f"{name}: found {found}, needed an array of float32, float64 or "
+                             f"longdouble; try np.asarray({name}, dtype=float)")
         if dtype.kind == "c" and real:
-            raise ValueError(f"{name}: found dtype {dtype}, needed real numbers; this operation compares sizes and is not analytic")
+            raise ValueError(f"{name}: found dtype {dtype}, needed real numbers; this operation "
+                             "compares sizes and is not analytic")
         if ndim and name in ndim and array.ndim != ndim[name]:
             raise ValueError(f"{name}: found shape {array.shape}, needed {ndim[name]} dimensions")
         if first is None:
             first = name, PRECISION[dtype]
         elif PRECISION[dtype] != first[1]:
-            raise ValueError(f"{name}: found dtype {dtype}, needed the precision of {first[0]}, {first[1]}; "
-                             f"try {name}.astype({first[0]}.dtype)")
+            raise ValueError(f"{name}: found dtype {dtype}, needed the precision of {first[0]}, "
+                             f"{first[1]}; try {name}.astype({first[0]}.dtype)")
 
 
-def check_whole(name, value, least):
-    """A whole number from `least` on; bool is none.   ->  int"""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value < least:
-        raise ValueError(f"{name}: found {value!r}, needed a whole number from {least} on")
+def check_whole(name: str, value: Any, least: int, most: int = LARGEST) -> int:
+    """A whole number from `least` to `most`; bool is none.   ->  int.   Raises ValueError.
+
+    >>> check_whole("stride", np.int32(2), 1)
+    2
+    >>> check_whole("stride", 2.0, 1)
+    Traceback (most recent call last):
+    ValueError: stride: found 2.0, needed a whole number from 1 on
+    """
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, (bool, np.bool_))
+    if not whole or value < least:
+        raise ValueError(f"{name}: found {_short(value)}, needed a whole number from {least} on")
+    if value > most:
+        raise ValueError(f"{name}: found {_short(value)}, needed a whole number of at most {most}")
     return int(value)
 
 
-def check_shape(name, array, shape, because=""):
+def check_positive(name: str, value: Any, error: type[ValueError] = ValueError) -> float:
+    """A finite real number above 0.   ->  float.   Raises `error`.
+
+    >>> check_positive("gamma", float("nan"))
+    Traceback (most recent call last):
+    ValueError: gamma: found nan, needed a finite number above 0
+    """
+    number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    if not number or not 0 < value <= sys.float_info.max:
+        raise error(f"{name}: found {_short(value)}, needed a finite number above 0")
+    return float(value)
+
+
+def _short(value):
+    """A value for a message; of numbers with hundreds of digits only how long they are."""
+    if isinstance(value, int) and value.bit_length() > 200:
+        return f"a number of {value.bit_length()} bits"
+    return repr(value)[:80]
+
+
+def check_shape(name: str, array: Any, shape: Sequence[int], because: str = "") -> None:
     """Raise ValueError unless the array has this shape."""
     if np.shape(array) != tuple(shape):
         raise ValueError(f"{name}: found shape {np.shape(array)}, needed {tuple(shape)}{because}")

@@ -7,6 +7,7 @@ simplest case in the fewest lines, and a faster form must agree with this one.
 import numpy as np
 
 from .arguments import check_arrays, check_shape, check_whole
+from .sums import wide_sum
 
 
 def conv1d(x, w, b=None, *, stride=1, padding="same", dilation=1, groups=1):
@@ -23,8 +24,8 @@ def conv1d(x, w, b=None, *, stride=1, padding="same", dilation=1, groups=1):
 
     Raises ValueError for shapes that do not fit, mixed precisions, or a filter too wide to make any output.
     """
-    T_out, pad = check_conv(x, w, b, stride, padding, dilation, groups)
-    y = _gather(_pad(x, pad), w, T_out, stride, dilation, groups)
+    T_out, pad, steps = check_conv(x, w, b, stride, padding, dilation, groups)
+    y = _gather(_pad(x, pad), w, T_out, *steps)
     return y if b is None else y + b[:, None]
 
 
@@ -37,10 +38,10 @@ def conv1d_backward(dy, x, w, b=None, *, stride=1, padding="same", dilation=1, g
 
     dy : (N, O, T_out)  ->  dx (N, C, T), dw (O, C / groups, K), db (O,) or None
     """
-    _, pad = check_conv(x, w, b, stride, padding, dilation, groups, dy=dy)
-    dx = _crop(_scatter(dy, w, sum(pad) + x.shape[2], stride, dilation, groups), pad[0], x.shape[2])
-    dw = _filter_gradient(dy, _pad(x, pad), w.shape, stride, dilation, groups)
-    return dx, dw, None if b is None else dy.sum(axis=(0, 2))
+    _, pad, steps = check_conv(x, w, b, stride, padding, dilation, groups, dy=dy)
+    dx = _crop(_scatter(dy, w, sum(pad) + x.shape[2], *steps), pad[0], x.shape[2])
+    dw = _filter_gradient(dy, _pad(x, pad), w.shape, *steps)
+    return dx, dw, None if b is None else wide_sum(dy, (0, 2))
 
 
 def conv_transpose1d(h, w, b=None, *, stride=1, padding="same", output_padding=0, dilation=1, groups=1):
@@ -53,8 +54,8 @@ def conv_transpose1d(h, w, b=None, *, stride=1, padding="same", output_padding=0
     h : (N, O, T), w : (O, C / groups, K), b : (C,) or None  ->  (N, C, (T - 1) stride + dilation (K - 1) + 1 - pads + output_padding)
     output_padding : with a stride several lengths T of x give the same number of outputs; this chooses among them.
     """
-    length, pad = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups)
-    x = _crop(_scatter(h, w, pad[0] + length, stride, dilation, groups), pad[0], length)
+    length, pad, steps = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups)
+    x = _crop(_scatter(h, w, pad[0] + length, *steps), pad[0], length)
     return x if b is None else x + b[:, None]
 
 
@@ -65,10 +66,11 @@ def conv_transpose1d_backward(dx, h, w, b=None, *, stride=1, padding="same", out
 
     dx : the shape of the output  ->  dh (N, O, T), dw (O, C / groups, K), db (C,) or None
     """
-    _, pad = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups, dx=dx)
+    _, pad, steps = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups, dx=dx)
     padded = _pad(dx, pad)
-    dh = _gather(padded, w, h.shape[2], stride, dilation, groups)
-    return dh, _filter_gradient(h, padded, w.shape, stride, dilation, groups), None if b is None else dx.sum(axis=(0, 2))
+    dh = _gather(padded, w, h.shape[2], *steps)
+    dw = _filter_gradient(h, padded, w.shape, *steps)
+    return dh, dw, None if b is None else wide_sum(dx, (0, 2))
 
 
 # The three sums over taps. Tap k of a padded signal is the part of it that filter element k meets:
@@ -156,22 +158,31 @@ def _padding(padding, K, stride, dilation):
         total = dilation * (K - 1)
         return total // 2, total - total // 2
     pair = tuple(padding) if isinstance(padding, (tuple, list)) else (padding, padding)
-    if len(pair) != 2 or any(isinstance(p, (bool, np.bool_)) or not isinstance(p, (int, np.integer)) or p < 0 for p in pair):
-        raise ValueError(f"padding: found {padding!r}, needed 'same', 'valid', a whole number from 0 on or a pair of them")
-    return int(pair[0]), int(pair[1])
+    whole = [isinstance(p, (int, np.integer)) and not isinstance(p, (bool, np.bool_)) and p >= 0
+             for p in pair]
+    if len(pair) != 2 or not all(whole):
+        raise ValueError(f"padding: found {padding!r}, needed 'same', 'valid', a whole number from 0 on "
+                         "or a pair of them")
+    return check_whole("padding", pair[0], 0), check_whole("padding", pair[1], 0)
 
 
 def _check_filters(w, stride, dilation, groups):
-    for name, value in (("stride", stride), ("dilation", dilation), ("groups", groups)):
-        check_whole(name, value, 1)
+    """->  stride, dilation, groups as Python's whole numbers, which do not wrap around"""
+    stride, dilation = check_whole("stride", stride, 1), check_whole("dilation", dilation, 1)
+    groups = check_whole("groups", groups, 1)
     if w.shape[2] < 1 or len(w) % groups or len(w) == 0:
-        raise ValueError(f"w: found shape {w.shape}, needed (O, C / groups, K) with K at least 1 and O a multiple of groups = {groups}")
+        raise ValueError(f"w: found shape {w.shape}, needed (O, C / groups, K) with K at least 1 and O a "
+                         f"multiple of groups = {groups}")
+    return stride, dilation, groups
 
 
 def check_conv(x, w, b, stride, padding, dilation, groups, dy=None):
-    """Everything that can be wrong with the arguments of `conv1d` and its backward.   ->  T_out, (pad_left, pad_right)"""
+    """Everything that can be wrong with the arguments of `conv1d` and its backward.   
+
+    ->  T_out, (pad_left, pad_right), (stride, dilation, groups)
+    """
     check_arrays(x=x, w=w, b=b, ndim={"x": 3, "w": 3, "b": 1})
-    _check_filters(w, stride, dilation, groups)
+    stride, dilation, groups = _check_filters(w, stride, dilation, groups)
     if x.shape[1] != w.shape[1] * groups:
         raise ValueError(f"x: found shape {x.shape}, needed (N, {w.shape[1] * groups}, T) for w of shape {w.shape} and groups = {groups}")
     if b is not None:
@@ -185,14 +196,17 @@ def check_conv(x, w, b, stride, padding, dilation, groups, dy=None):
     if dy is not None:
         check_arrays(x=x, dy=dy)
         check_shape("dy", dy, (len(x), len(w), T_out), ", the shape of the output")
-    return T_out, pad
+    return T_out, pad, (stride, dilation, groups)
 
 
 def check_transpose(h, w, b, stride, padding, output_padding, dilation, groups, dx=None):
-    """The same for `conv_transpose1d` and its backward.   ->  length of the output, (pad_left, pad_right)"""
+    """The same for `conv_transpose1d` and its backward.   
+
+    ->  length of the output, (pad_left, pad_right), (stride, dilation, groups)
+    """
     check_arrays(h=h, w=w, b=b, ndim={"h": 3, "w": 3, "b": 1})
-    _check_filters(w, stride, dilation, groups)
-    check_whole("output_padding", output_padding, 0)
+    stride, dilation, groups = _check_filters(w, stride, dilation, groups)
+    output_padding = check_whole("output_padding", output_padding, 0)
     if output_padding and output_padding >= max(stride, dilation):
         raise ValueError(f"output_padding: found {output_padding}, needed less than stride {stride} or dilation {dilation}")
     if h.shape[1] != len(w):
@@ -206,4 +220,4 @@ def check_transpose(h, w, b, stride, padding, output_padding, dilation, groups, 
     if dx is not None:
         check_arrays(h=h, dx=dx)
         check_shape("dx", dx, (len(h), w.shape[1] * groups, length), ", the shape of the output")
-    return length, pad
+    return length, pad, (stride, dilation, groups)

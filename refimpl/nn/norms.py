@@ -1,95 +1,182 @@
 r"""Measures of size, one number for each clip (all axes but the first), and errors between two arrays.
 
-For complex input the squares are `r^2`, not `|r|^2`: the functions stay analytic, so that the complex step can differentiate them.
+For complex input the squares are `r^2`, not `|r|^2`: the functions stay analytic, so that the
+complex step can differentiate them.
+
+No norm, sum or mean overflows or vanishes before its own result does: the numbers are first divided
+by the power of two next to the largest of them, which changes no digit, and are added up in double
+precision. (Of two arrays x and y the difference x - y itself must be a number that can be held.)
 """
+
+from typing import Any
 
 import numpy as np
 
 from .arguments import check_arrays, check_shape
+from .sums import power_of_two, wide_sum
 
 
-def sum_squares(r):
-    r"""S[n] = sum r[n]^2.   r : (N, ...)  ->  (N,)"""
-    _check(r)
-    return np.sum(r * r, axis=_rest(r))
+def sum_squares(r: np.ndarray) -> np.ndarray:
+    r"""S[n] = sum r[n]^2.   r : (N, ...)  ->  (N,)
 
-
-def sum_squares_backward(dS, r):
-    r"""dr[n] = 2 r[n] dS[n].   dS : (N,)  ->  (N, ...)"""
-    _check(r, dS=dS)
-    return 2 * _spread(dS, r) * r
-
-
-def mean_squares(r):
-    r"""M[n] = mean r[n]^2.   r : (N, ...)  ->  (N,)"""
-    return sum_squares(r) / _count(r)
-
-
-def mean_squares_backward(dM, r):
-    r"""dr[n] = 2 r[n] dM[n] / number of elements of r[n].   dM : (N,)  ->  (N, ...)"""
-    _check(r, dM=dM)
-    return sum_squares_backward(dM, r) / _count(r)
-
-
-def norm(r):
-    r"""Euclidean norm (the || || of Holden 2017, eqs. 4 and 5):   y[n] = sqrt(sum r[n]^2)
-
-    r : (N, ...)  ->  (N,). Divided by the largest element first, so that squares neither overflow nor vanish.
+    >>> sum_squares(np.array([[3.0, 4.0], [0.0, 2.0]]))
+    array([25.,  4.])
     """
-    _check(r)
-    largest = np.max(np.abs(r), axis=_rest(r), initial=0)
-    scale = np.where((largest > 0) & np.isfinite(largest), largest, 1).astype(r.real.dtype)
-    return scale * np.sqrt(sum_squares(r / _spread(scale, r)))
+    scale, _, squares = _scaled(r)
+    return squares * scale * scale
 
 
-def norm_backward(dy, r):
-    r"""dr[n] = dy[n] r[n] / ||r[n]||, and 0 where r[n] = 0 (the kink rule).   dy : (N,)  ->  (N, ...)"""
+def sum_squares_backward(dS: np.ndarray, r: np.ndarray) -> np.ndarray:
+    r"""dr[n] = 2 r[n] dS[n].   dS : (N,)  ->  (N, ...)
+
+    >>> sum_squares_backward(np.array([1.0]), np.array([[3.0, 4.0]]))
+    array([[6., 8.]])
+    """
+    _check(r, dS=dS)
+    return 2 * (_spread(dS, r) * r)
+
+
+def mean_squares(r: np.ndarray) -> np.ndarray:
+    r"""M[n] = mean r[n]^2.   r : (N, ...), at least one element in each clip  ->  (N,)
+
+    >>> mean_squares(np.array([[3.0, 4.0]]))
+    array([12.5])
+    """
+    scale, _, squares = _scaled(r)
+    return squares / _count(r) * scale * scale
+
+
+def mean_squares_backward(dM: np.ndarray, r: np.ndarray) -> np.ndarray:
+    r"""dr[n] = 2 r[n] dM[n] / number of elements of r[n].   dM : (N,)  ->  (N, ...)
+
+    >>> mean_squares_backward(np.array([1.0]), np.array([[3.0, 4.0]]))
+    array([[3., 4.]])
+    """
+    _check(r, dM=dM)
+    return sum_squares_backward(dM / _count(r), r)
+
+
+def norm(r: np.ndarray) -> np.ndarray:
+    r"""Euclidean norm, the bars of Holden 2017's content and style losses:
+
+        y[n] = sqrt(sum r[n]^2)
+
+    r : (N, ...)  ->  (N,)
+
+    >>> norm(np.array([[3.0, 4.0], [0.0, 0.0]]))
+    array([5., 0.])
+    >>> norm(np.array([[3e200, 4e200]]))                      # 9e400 would be infinite
+    array([5.e+200])
+    """
+    scale, _, squares = _scaled(r)
+    return scale * np.sqrt(squares)
+
+
+def norm_backward(dy: np.ndarray, r: np.ndarray) -> np.ndarray:
+    r"""dr[n] = dy[n] r[n] / ||r[n]||, and 0 where r[n] = 0 (the kink rule).   dy : (N,)  ->  (N, ...)
+
+    >>> norm_backward(np.array([1.0]), np.array([[3.0, 4.0]]))
+    array([[0.6, 0.8]])
+    """
     _check(r, dy=dy)
-    y = norm(r)
-    return _spread(dy, r) * (r / _spread(np.where(y == 0, r.dtype.type(1), y), r))
+    _, part, squares = _scaled(r)
+    y = np.sqrt(squares)                                         # of r divided by its scale, as `part` is
+    return _spread(dy, r) * (part / _spread(np.where(y == 0, r.dtype.type(1), y), r))
 
 
-def l1(a):
-    r"""Sum of absolute values (the sparsity of Holden 2017, eq. 3).   any shape  ->  scalar"""
+def l1(a: np.ndarray) -> Any:
+    r"""Sum of absolute values (the sparsity of the autoencoder's loss).   any shape  ->  scalar
+
+    >>> float(l1(np.array([-3.0, 0.0, 5.0])))
+    8.0
+    """
     check_arrays(a=a, real=True)
-    return np.sum(np.abs(a))
+    return wide_sum(np.abs(a))
 
 
-def l1_backward(dy, a):
-    r"""da = sign(a) dy, 0 at a = 0 (the kink rule).   dy : scalar  ->  the shape of a"""
+def l1_backward(dy: Any, a: np.ndarray) -> np.ndarray:
+    r"""da = sign(a) dy, 0 at a = 0 (the kink rule).   dy : scalar  ->  the shape of a
+
+    >>> l1_backward(2.0, np.array([-3.0, 0.0, 5.0]))
+    array([-2.,  0.,  2.])
+    """
     check_arrays(a=a, real=True)
     return np.sign(a) * _number("dy", dy, a)
 
 
-def squared_error(x, y, *, reduction="mean"):
-    r"""(x - y)^2 of each element, their mean or their sum.   reduction : "none", "mean" or "sum"   x, y : one shape"""
+def squared_error(x: np.ndarray, y: np.ndarray, *, reduction: str = "mean") -> Any:
+    r"""(x - y)^2 of each element, their mean or their sum.
+
+    x, y : one shape;  reduction : "none", "mean" or "sum"  ->  that shape, or a scalar
+
+    >>> float(squared_error(np.array([1.0, 2.0]), np.array([1.0, 4.0])))
+    2.0
+    """
     _check_pair(x, y)
-    return _reduce((x - y) ** 2, reduction)
+    return _reduce(x - y, reduction, squared=True)
 
 
-def squared_error_backward(dloss, x, y, *, reduction="mean"):
-    """dx = 2 (x - y) dloss, divided by the number of elements for a mean; dy = -dx.   ->  dx, dy"""
+def squared_error_backward(dloss: Any, x: np.ndarray, y: np.ndarray, *,
+                           reduction: str = "mean") -> tuple[np.ndarray, np.ndarray]:
+    """dx = 2 (x - y) dloss, divided by the number of elements for a mean; dy = -dx.   ->  dx, dy
+
+    >>> squared_error_backward(1.0, np.array([1.0, 2.0]), np.array([1.0, 4.0]))[0]
+    array([ 0., -2.])
+    """
     _check_pair(x, y)
-    dx = 2 * (x - y) * _unreduce(dloss, x, reduction)
+    dx = 2 * ((x - y) * _unreduce(dloss, x, reduction))
     return dx, -dx
 
 
-def absolute_error(x, y, *, reduction="mean"):
-    r"""|x - y| of each element, their mean or their sum.   reduction : "none", "mean" or "sum"   x, y : one shape"""
+def absolute_error(x: np.ndarray, y: np.ndarray, *, reduction: str = "mean") -> Any:
+    r"""|x - y| of each element, their mean or their sum.
+
+    x, y : one shape;  reduction : "none", "mean" or "sum"  ->  that shape, or a scalar
+
+    >>> float(absolute_error(np.array([1.0, 2.0]), np.array([1.0, 4.0])))
+    1.0
+    """
     _check_pair(x, y, real=True)
-    return _reduce(np.abs(x - y), reduction)
+    return _reduce(np.abs(x - y), reduction, squared=False)
 
 
-def absolute_error_backward(dloss, x, y, *, reduction="mean"):
-    """dx = sign(x - y) dloss, 0 at x = y (the kink rule), divided by the number of elements for a mean; dy = -dx.   ->  dx, dy"""
+def absolute_error_backward(dloss: Any, x: np.ndarray, y: np.ndarray, *,
+                            reduction: str = "mean") -> tuple[np.ndarray, np.ndarray]:
+    """dx = sign(x - y) dloss, divided by the number of elements for a mean; dy = -dx.   ->  dx, dy
+
+    At x = y it is 0 (the kink rule).
+
+    >>> absolute_error_backward(1.0, np.array([1.0, 2.0]), np.array([1.0, 4.0]))[0]
+    array([ 0. , -0.5])
+    """
     _check_pair(x, y, real=True)
     dx = np.sign(x - y) * _unreduce(dloss, x, reduction)
     return dx, -dx
 
 
-def _reduce(errors, reduction):
+def _scaled(r):
+    """r divided by a power of two near the largest element of its clip.   (N, ...)
+
+    ->  the power (N,), r divided by it (N, ...), the sum of the squares of that (N,)
+    """
+    _check(r)
+    largest = np.max(np.abs(r), axis=_rest(r), initial=0)
+    scale = power_of_two(largest)
+    part = r / _spread(scale, r)
+    return scale, part, wide_sum(part * part, _rest(r))
+
+
+def _reduce(errors, reduction, squared):
+    """The errors or their squares as they are, their sum or their mean."""
     _check_reduction(reduction, errors)
-    return errors if reduction == "none" else errors.sum() if reduction == "sum" else errors.mean()
+    if reduction == "none":
+        return errors * errors if squared else errors
+    scale = power_of_two(np.max(np.abs(errors), initial=0))
+    part = errors / scale
+    total = wide_sum(part * part if squared else part)
+    if reduction == "mean":
+        total = total / errors.real.dtype.type(errors.size)
+    return total * scale * scale if squared else total * scale
 
 
 def _unreduce(dloss, x, reduction):

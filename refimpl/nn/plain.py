@@ -5,6 +5,8 @@ r"""The plain convolution, as one first reads it: stride 1, zeros so that the ou
 
 import numpy as np
 
+from .sums import wide_sum
+
 
 def conv1d(x, w, b):
     r"""y[n, o, t] = b[o] + sum_{c, k} w[o, c, k] x[n, c, t + k - left],   left = (K - 1) // 2, x = 0 outside
@@ -35,5 +37,5 @@ def conv1d_backward(dy, x, w, b):
     dpadded, dw = np.zeros_like(padded), np.zeros_like(w)
     for k in range(K):
         dpadded[:, :, k:k + T] += w[:, :, k].T @ dy
-        dw[:, :, k] = np.sum(dy @ padded[:, :, k:k + T].swapaxes(1, 2), axis=0)
-    return dpadded[:, :, left:left + T], dw, dy.sum(axis=(0, 2))
+        dw[:, :, k] = wide_sum(dy @ padded[:, :, k:k + T].swapaxes(1, 2), 0)
+    return dpadded[:, :, left:left + T], dw, wide_sum(dy, (0, 2))

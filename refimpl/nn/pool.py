@@ -6,6 +6,7 @@ Window t holds the positions `t stride + k dilation - padding`, k = 0 .. width -
 import numpy as np
 
 from .arguments import check_arrays, check_shape, check_whole
+from .sums import power_of_two, wide_sum
 
 
 def max_pool1d(x, width=2, *, stride=None, padding=0, dilation=1, ceil_mode=False):
@@ -79,8 +80,8 @@ def avg_pool1d(x, width=2, *, stride=None, padding=0, ceil_mode=False, count_inc
     """
     check_arrays(x=x, ndim={"x": 3})
     positions, count = _counts(x, width, stride, padding, ceil_mode, count_include_pad)
-    padded = np.pad(x, ((0, 0), (0, 0), (padding, width)))      # the last window begins inside
-    return padded[:, :, positions + padding].sum(axis=-1) / count
+    padded = np.pad(x, ((0, 0), (0, 0), (int(padding), int(width))))      # the last window begins inside
+    return _mean(padded[:, :, positions + int(padding)], count)
 
 
 def avg_pool1d_backward(dy, x, width=2, *, stride=None, padding=0, ceil_mode=False, count_include_pad=True):
@@ -88,11 +89,12 @@ def avg_pool1d_backward(dy, x, width=2, *, stride=None, padding=0, ceil_mode=Fal
     check_arrays(x=x, dy=dy, ndim={"x": 3})
     positions, count = _counts(x, width, stride, padding, ceil_mode, count_include_pad)
     check_shape("dy", dy, x.shape[:2] + (len(positions),), ", the shape of the output")
-    share = dy / count
-    dpadded = np.zeros(x.shape[:2] + (padding + x.shape[2] + width,), share.dtype)
+    share, begin = dy / count, int(padding)
+    wide = np.promote_types(share.dtype, np.float64)             # as many terms as windows overlap
+    dpadded = np.zeros(x.shape[:2] + (begin + x.shape[2] + int(width),), wide)
     for k in range(positions.shape[1]):                          # element k of every window: no position twice
-        dpadded[:, :, positions[:, k] + padding] += share
-    return dpadded[:, :, padding:padding + x.shape[2]].copy()
+        dpadded[:, :, positions[:, k] + begin] += share
+    return dpadded[:, :, begin:begin + x.shape[2]].astype(share.dtype)
 
 
 def avg_depool1d(h, width=2):
@@ -113,14 +115,15 @@ def avg_depool1d_backward(dx, h, width=2):
     check_whole("width", width, 1)
     _check_frames(h)
     check_shape("dx", dx, h.shape[:2] + (width * h.shape[2],), ", the shape of the output")
-    return dx.reshape(h.shape + (width,)).sum(axis=-1) / _real(dx, width)
+    return _mean(dx.reshape(h.shape + (width,)), _real(dx, width))
 
 
 def _windows(T, width, stride, padding, dilation, ceil_mode):
     """Positions of every window's elements in the input, some of them outside it.   ->  (T_out, width)"""
     width, dilation = check_whole("width", width, 1), check_whole("dilation", dilation, 1)
     stride = width if stride is None else check_whole("stride", stride, 1)
-    if 2 * check_whole("padding", padding, 0) > width:
+    padding = check_whole("padding", padding, 0)
+    if 2 * padding > width:
         raise ValueError(f"padding: found {padding}, needed at most half of width {width}")
     reach = dilation * (width - 1) + 1
     free = T + 2 * padding - reach
@@ -135,9 +138,15 @@ def _windows(T, width, stride, padding, dilation, ceil_mode):
 
 def _counts(x, width, stride, padding, ceil_mode, count_include_pad):
     """Positions (T_out, width), and how many of each window's elements its mean counts (T_out,), in x's precision."""
-    positions = _windows(x.shape[2], width, stride, padding, 1, ceil_mode)
+    positions, padding = _windows(x.shape[2], width, stride, padding, 1, ceil_mode), int(padding)
     counted = (positions >= (-padding if count_include_pad else 0)) & (positions < x.shape[2] + (padding if count_include_pad else 0))
     return positions, counted.sum(axis=1).astype(x.real.dtype)
+
+
+def _mean(windows, count):
+    """The last axis added up and divided by count; the sum may overflow where its mean does not."""
+    scale = power_of_two(np.abs(windows).max(axis=-1))
+    return scale * (wide_sum(windows / scale[..., None], -1) / count)
 
 
 def _take(x, indices):

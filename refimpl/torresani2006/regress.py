@@ -8,7 +8,9 @@ the paper is silent, and its equation 7 has no constant).
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
+from ..nn.arguments import check_positive, check_whole
 from .align import checked, read_at
 from .svr import fit_svr
 
@@ -38,26 +40,48 @@ class Projection:
 
 def stretched(angles, length=LENGTH):
     """Joint angles at a set number of frames, linearly, first on first and last on last.   (T, D)  ->  (length, D)"""
-    return read_at(angles, np.linspace(0, len(angles) - 1, length))
+    return read_at(angles, np.linspace(0, len(angles) - 1, check_whole("length", length, 1)))
 
 
 def fit_pca(sequences, components=COMPONENTS, length=LENGTH):
     r"""The directions of largest variance of the stretched sequences: the first right singular vectors of X - mean.
 
-    sequences : list of (T_i, D)   ->  Projection; the largest element of each direction by size, the first of equals, is positive.
-    Raises RegressError for too few sequences, AlignError for one that is none, for no length, or angles that differ in number.
+    sequences : list of (T_i, D) in radians   ->  Projection
+    The largest element of each direction by size is positive; of several that are equal up to 1e-9 of it,
+    the first: rounding does not decide a sign.
+    Raises RegressError for more components than directions in which the sequences differ (one less
+    than there are sequences, at most), AlignError for a sequence that is none, for no length, or
+    angles that differ in number.
     """
     sequences = [checked(f"sequences[{i}]", angles) for i, angles in enumerate(sequences)]
-    if length < 1 or len({angles.shape[1] for angles in sequences}) != 1:
-        raise RegressError(f"sequences: found angles a frame {sorted({angles.shape[1] for angles in sequences})} to be stretched to {length} "
-                           "frames, needed one number for all and at least one frame")
+    check_whole("length", length, 1)
+    check_whole("components", components, 1)
+    if len({angles.shape[1] for angles in sequences}) != 1:
+        raise RegressError(f"sequences: found angles a frame {sorted({angles.shape[1] for angles in sequences})} , "
+                           "needed one number for all")
     X = np.stack([stretched(angles, length).ravel() for angles in sequences])
-    if not 1 <= components <= min(X.shape):
-        raise RegressError(f"components: found {components}, needed 1 to {min(X.shape)} for {len(X)} fragments")
     mean = X.mean(axis=0)
-    basis = np.linalg.svd(X - mean, full_matrices=False)[2][:components]
-    largest = np.take_along_axis(basis, np.abs(basis).argmax(axis=1)[:, None], axis=1)
-    return Projection(mean, basis * np.where(largest < 0, -1.0, 1.0), length)
+    _, size, basis = np.linalg.svd(X - mean, full_matrices=False)
+    noise = size[0] * max(X.shape) * np.finfo(float).eps + np.abs(X).max() * np.finfo(float).eps
+    directions = min(len(X) - 1, int(np.sum(size > noise)))
+    if not 1 <= components <= directions:
+        raise RegressError(f"components: found {components}, needed 1 to {directions}, the directions in "
+                           f"which these {len(X)} sequences differ; give more sequences or ask for fewer")
+    return Projection(mean, signed(basis[:components]), length)
+
+
+def signed(basis: np.ndarray) -> np.ndarray:
+    """Each row with the sign that makes its largest element positive.   (components, D)  ->  the same
+
+    Elements equal to the largest by size up to 1e-9 count as equal; the first of them decides.
+
+    >>> signed(np.array([[-0.6, 0.6 * (1 + 1e-15)], [0.1, -0.9]]))
+    array([[ 0.6, -0.6],
+           [-0.1,  0.9]])
+    """
+    size = np.abs(basis)
+    first = np.argmax(size >= (1 - 1e-9) * size.max(axis=1, keepdims=True), axis=1)[:, None]
+    return basis * np.where(np.take_along_axis(basis, first, axis=1) < 0, -1.0, 1.0)
 
 
 def project(projection, angles):
@@ -82,39 +106,81 @@ def linear_interpolation(Z):
 def linear_ridge(Z, Y, ridge):
     r"""Equations 6 and 7 with a squared loss, lambda for the paper's U:   theta = (Z^T Z + lambda I)^-1 Z^T Y
 
-    Z : (N, d), Y : (N, ...), ridge : lambda above 0   ->  theta (d, ...).   Raises RegressError for another lambda.
+    computed from [Z; sqrt(lambda) I] = Q R as   theta = R^-1 Q^T [Y; 0],   the same thing, since
+    R^T R = Z^T Z + lambda I; that product itself would lose half the digits of nearly equal columns.
+
+    Z : (N, d), Y : (N, ...), ridge : lambda above 0   ->  theta (d, ...)
+    Raises RegressError for another lambda, shapes that do not fit, or numbers that are not finite.
+
+    >>> linear_ridge(np.array([[1.0], [2.0]]), np.array([1.0, 2.0]), 5.0)
+    array([0.5])
     """
-    _check_ridge(ridge)
-    return np.linalg.solve(Z.T @ Z + ridge * np.eye(Z.shape[1]), Z.T @ Y)
+    _check_ridge("Z", Z, Y, ridge)
+    Q, R = np.linalg.qr(np.concatenate([Z, np.sqrt(ridge) * np.eye(Z.shape[1])]))
+    try:
+        return np.linalg.solve(R, Q[:len(Z)].T @ Y)
+    except np.linalg.LinAlgError:
+        raise RegressError(_lost("inputs", Z, ridge)) from None
 
 
 def kernel_ridge(K, Y, ridge):
     r"""The same in the space of the kernel:   a = (K + lambda I)^-1 Y,   f(z) = sum_n a_n k(z_n, z)
 
-    K : (N, N), Y : (N, ...), ridge : lambda above 0   ->  a (N, ...).   Raises RegressError for another lambda.
+    K : (N, N), Y : (N, ...), ridge : lambda above 0   ->  a (N, ...)
+    Raises RegressError for another lambda, shapes that do not fit, numbers that are not finite, or a
+    lambda so small beside K that it is lost in rounding and the matrix cannot be solved.
+
+    >>> kernel_ridge(np.eye(2), np.array([1.0, 2.0]), 1.0)
+    array([0.5, 1. ])
     """
-    _check_ridge(ridge)
-    return np.linalg.solve(K + ridge * np.eye(len(K)), Y)
+    _check_ridge("K", K, Y, ridge)
+    if K.shape[0] != K.shape[1]:
+        raise RegressError(f"K: found shape {K.shape}, needed (examples, examples)")
+    try:
+        return np.linalg.solve(K + ridge * np.eye(len(K)), Y)
+    except np.linalg.LinAlgError:
+        raise RegressError(_lost("kernel values", K, ridge)) from None
 
 
-def _check_ridge(ridge):
-    if not 0 < ridge < np.inf:
-        raise RegressError(f"ridge: found {ridge}, needed lambda above 0")
+def _lost(what, A, ridge):
+    return (f"ridge: found lambda {ridge:g} beside {what} up to {np.abs(A).max():.3g}, in which it is "
+            "lost; needed a larger one")
+
+
+def _check_ridge(name, A, Y, ridge):
+    check_positive("ridge", ridge, RegressError)
+    if np.ndim(A) != 2 or np.ndim(Y) < 1 or len(A) != len(Y) or not np.size(A):
+        raise RegressError(f"{name}, Y: found shapes {np.shape(A)} and {np.shape(Y)}, needed a row of "
+                           "each for every example")
+    if not (np.isfinite(A).all() and np.isfinite(Y).all()):
+        raise RegressError(f"{name}, Y: found numbers that are not finite, needed finite ones")
 
 
 def gaussian_kernel(A, B, gamma):
-    r"""k(a, b) = exp( -gamma || a - b ||^2 ).   A : (M, d), B : (N, d)  ->  (M, N)"""
+    r"""k(a, b) = exp( -gamma || a - b ||^2 ).   A : (M, d), B : (N, d), gamma above 0  ->  (M, N)
+
+    >>> gaussian_kernel(np.array([[0.0]]), np.array([[0.0], [1.0]]), 1.0).round(4)
+    array([[1.    , 0.3679]])
+    """
+    check_positive("gamma", gamma, RegressError)
     return np.exp(-gamma * squared_distances(A, B))
 
 
 def squared_distances(A, B):
-    """|| a - b ||^2 of every row with every row, never below 0.   (M, d), (N, d)  ->  (M, N)"""
-    return np.maximum(np.sum(A * A, axis=1)[:, None] + np.sum(B * B, axis=1) - 2 * A @ B.T, 0.0)
+    """|| a - b ||^2 of every row with every row.   (M, d), (N, d)  ->  (M, N)
+
+    The differences come first: |a|^2 + |b|^2 - 2 a.b would lose near points that lie far from 0.
+
+    >>> squared_distances(np.array([[1e8]]), np.array([[1e8 + 1]]))
+    array([[1.]])
+    """
+    return cdist(A, B, "sqeuclidean")
 
 
 def make_folds(N, rng, folds=FOLDS):
     """Examples dealt into folds at random, sizes differing by one at most.   ->  (N,) fold numbers"""
-    return rng.permutation(np.arange(N) % min(folds, N))
+    check_whole("N", N, 1)
+    return rng.permutation(np.arange(N) % min(check_whole("folds", folds, 1), N))
 
 
 def ridge_errors(K, Y, ridges, folds):
