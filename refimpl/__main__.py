@@ -1,7 +1,18 @@
-"""`python -m refimpl` is `refimpl`."""
+"""`python -m refimpl` is `refimpl`. Ctrl-C while the libraries are read in ends the program without a word."""
 
+import signal
 import sys
 
-from .cli import main
 
-sys.exit(main())
+def run() -> int:
+    """The program: read in what it needs, then do what the command line says.   ->  exit status"""
+    own = signal.getsignal(signal.SIGINT)
+    if own is signal.default_int_handler:                        # not ignored, as under nohup
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from .cli import main
+    signal.signal(signal.SIGINT, own)
+    return main()
+
+
+if __name__ == "__main__":
+    sys.exit(run())

@@ -2,13 +2,20 @@
 
 import argparse
 import os
+from pathlib import Path
+import signal
 import sys
+import threading
 
+from . import __version__
 from .blas import prefer
 
 prefer(os.environ)                                               # before NumPy is first imported, hence before the commands
 
 from .commands import bench, check, demo, evaluate, inspect, prepare, torresani, train, transfer
+from .commands.options import InputFolder, OutputFolder, files_of
+from .commands.terminal import safe_streams
+from .storage import OutputError, check_outputs, identity, protected
 
 GROUPS = (demo, inspect, prepare, train, transfer, evaluate, torresani, check, bench)
 
@@ -17,14 +24,20 @@ class Parser(argparse.ArgumentParser):
     """argparse's parser, which answers wrong words in one line like every other error here."""
 
     def error(self, message):
-        self.exit(2, f"refimpl: error: {message}; see `{self.prog} --help`\n")
+        self.exit(2, f"refimpl: error: {' '.join(message.split())}; see `{self.prog} --help`\n")
+
+
+class Terminated(BaseException):
+    """SIGTERM: raised where the program stands, so that nothing is left half written."""
 
 
 def parser():
     """The whole command line as an argparse parser."""
     top = Parser(
         prog="refimpl", description="Motion style transfer in NumPy with hand-written gradients.",
-        epilog="Every step leaves one file, so that each can be looked at and repeated. `refimpl COMMAND --help` tells more.")
+        epilog="Every step leaves one file, so that each can be looked at and repeated. "
+               "`refimpl COMMAND --help` tells more.")
+    top.add_argument("--version", action="version", version=f"refimpl {__version__}")
     commands = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for group in GROUPS:
         group.add_commands(commands)
@@ -34,23 +47,86 @@ def parser():
 def main(argv=None):
     """Run one command.   argv : list of words, the process's own unless given   ->  exit status
 
-    0 done; 1 a check failed; 2 bad input or a file that cannot be read or written (one line says what, where and what to do); 130 stopped
-    with Ctrl-C. With REFIMPL_TRACEBACK set in the environment an error shows where it came from.
+    0 done and good; 1 done, and something disagrees; 2 input that cannot be used, or a file that
+    cannot be read or written (one line says what, where and what to do); 130 stopped with Ctrl-C,
+    143 with SIGTERM. With REFIMPL_TRACEBACK set in the environment an error shows where it came from.
     """
-    arguments = parser().parse_args(argv)
-    try:
-        return arguments.run(arguments) or 0
-    except (ValueError, OSError) as error:
-        if os.environ.get("REFIMPL_TRACEBACK"):
-            raise
-        print(f"refimpl: error: {_one_line(error)}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("refimpl: stopped; nothing is half written, and a training goes on from its last epoch with --resume", file=sys.stderr)
-        return 130
+    with safe_streams() as out:
+        arguments = parser().parse_args(argv)
+        before = _on_termination(_terminated)
+        try:
+            status = _run(arguments) or 0
+            out.flush()
+            return status
+        except KeyboardInterrupt:
+            print("refimpl: stopped; nothing is half written, and a training goes on from its last epoch "
+                  "with --resume", file=sys.stderr)
+            return 130
+        except Terminated:
+            print("refimpl: told to end; nothing is half written, and a training goes on from its last "
+                  "epoch with --resume", file=sys.stderr)
+            return 143
+        except Exception as error:
+            if os.environ.get("REFIMPL_TRACEBACK"):
+                raise
+            print(f"refimpl: error: {_one_line(error, arguments)}", file=sys.stderr)
+            return 2
+        finally:
+            _on_termination(before)
 
 
-def _one_line(error):
+def _run(arguments):
+    """Check that no output would destroy anything, then do the work with the inputs protected."""
+    inputs, outputs = files_of(arguments)
+    folders = {word: path for word, path in inputs.items() if isinstance(path, InputFolder)}
+    below = [path for folder in folders.values() for path in _files_below(folder)]
+    check_outputs({w: p for w, p in outputs.items() if not isinstance(p, OutputFolder)}, inputs)
+    read = {identity(path): path for path in below}
+    for word, path in outputs.items():
+        if isinstance(path, OutputFolder):
+            if identity(path) in {identity(folder) for folder in folders.values()}:
+                raise OutputError(f"{path}: found one folder for {word} and the input, needed another "
+                                  "one to write into; nothing was written")
+        elif identity(path) in read:
+            raise OutputError(f"{path}: found a file of the input ({read[identity(path)]}) for {word}, "
+                              "needed another name; nothing was written")
+    with protected([*inputs.values(), *below]):
+        return arguments.run(arguments)
+
+
+def _files_below(folder):
+    """Files of an input folder, however deep."""
+    return [os.path.join(where, name) for where, _, names in os.walk(folder) for name in names]
+
+
+def _terminated(number, frame):
+    raise Terminated
+
+
+def _on_termination(handler):
+    """Set what SIGTERM does.   ->  what it did before; a thread may not set it and changes nothing"""
+    if handler is None or threading.current_thread() is not threading.main_thread():
+        return None
+    return signal.signal(signal.SIGTERM, handler)
+
+
+def _one_line(error, arguments):
+    """What is wrong, in one line that names a file of the command."""
     if isinstance(error, OSError) and error.strerror and error.filename is not None:
-        return f"{error.filename}: {error.strerror}"
-    return " ".join(str(error).split()) or type(error).__name__
+        said = f"{error.filename}: {error.strerror}"
+    elif isinstance(error, OSError) and error.strerror:
+        said = error.strerror
+    elif isinstance(error, (ValueError, OSError)):
+        said = " ".join(str(error).split()) or type(error).__name__
+    elif isinstance(error, MemoryError):
+        said = f"not enough memory ({' '.join(str(error).split()) or 'none left'}); try a smaller input"
+    elif isinstance(error, ArithmeticError):
+        said = f"found numbers that cannot be computed with ({error}); is a size or a weight absurd?"
+    else:
+        said = (f"could not go on ({type(error).__name__}: {' '.join(str(error).split())[:200]}); this is a "
+                "fault of refimpl: REFIMPL_TRACEBACK=1 in the environment shows where")
+    inputs, outputs = files_of(arguments)
+    files = [*inputs.values(), *outputs.values()]
+    if said.startswith("-") or any(Path(f).name in said or str(f) in said for f in files) or not files:
+        return said
+    return f"{', '.join(map(str, list(inputs.values())[:4] or files[:1]))}: {said}"

@@ -1,49 +1,162 @@
-"""Files on disk: written whole or not at all.
+"""Files on disk: written whole or not at all, and never over something that is needed.
 
-A file that is being written lives under a temporary name in the same folder; only when every byte is on the disk does it
-take its real name. Whoever looks, at any moment, finds the old file or the new one and never half of one.
+A file that is being written lives under a temporary name in the same folder; only when every byte is
+on the disk does it take its real name. Whoever looks, at any moment, finds the old file or the new
+one and never half of one. A link is followed and stays a link; a pipe or a device is written to as it
+stands. What a command reads is protected while it runs (`protected`): no output replaces it.
 """
 
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 import contextlib
+import contextvars
 import io
 import json
 import math
 import os
 from pathlib import Path
+import stat
 import struct
 import tempfile
 import tokenize
+from typing import IO, Any
 import zipfile
 import zlib
 
 import numpy as np
 
+_protected: contextvars.ContextVar[dict] = contextvars.ContextVar("protected", default={})
+
+
+class OutputError(ValueError):
+    """An output that would replace an input, another output or a checkpoint."""
+
+
+class FormatError(ValueError):
+    """A file that is not of the format asked for; the message names the file, what was found and what was needed."""
+
 
 @contextlib.contextmanager
-def atomic_write(path, mode="w"):
-    """Open a file for writing that appears under `path` only when the block ends without an error.
+def protected(inputs: Iterable[str | Path]) -> Iterator[None]:
+    """While the block runs, no `atomic_write` replaces one of these files, under whatever name."""
+    token = _protected.set({**_protected.get(), **{identity(path): str(path) for path in inputs}})
+    try:
+        yield
+    finally:
+        _protected.reset(token)
 
-    mode : "w" (text, UTF-8, newlines as given) or "wb" (bytes).
-    Raises OSError when the folder is missing, is not writable or the disk is full; `path` is then untouched.
+
+def identity(path: str | Path) -> tuple:
+    """What two names of one file have in common: device and number of the file, or where it would stand."""
+    try:
+        found = os.stat(path)
+        return (found.st_dev, found.st_ino)
+    except OSError:
+        return (os.path.realpath(path),)
+
+
+def check_outputs(outputs: Mapping[str, str | Path], inputs: Mapping[str, str | Path]) -> None:
+    """Refuse outputs that are an input or each other, and those that cannot be written.
+
+    outputs, inputs : {the word on the command line: path}.   Raises OutputError, OSError.
+    A pipe or a device may be named twice.
     """
+    taken = {identity(path): (word, path) for word, path in inputs.items()}
+    for word, path in outputs.items():
+        check_writable(path)
+        if is_special(path):
+            continue
+        other, where = taken.get(identity(path), (None, None))
+        if other is not None:
+            raise OutputError(f"{path}: found one file for {word} and {other}"
+                              + (f" ({where})" if str(where) != str(path) else "")
+                              + ", needed another name for the output; nothing was written")
+        taken[identity(path)] = (word, path)
+
+
+def check_writable(path: str | Path) -> None:
+    """Raise OSError now, before hours of work, if a file could not be written there later."""
+    target = _target(path)
+    if not is_special(path):
+        with tempfile.TemporaryFile(dir=target.parent):
+            pass
+
+
+def is_special(path: str | Path) -> bool:
+    """Whether something stands there that is no plain file: a pipe, a device, an open descriptor."""
+    step, steps = os.path.abspath(path), 0
+    while steps < 40:
+        if step.startswith(("/dev/fd/", "/proc/")) or step in ("/dev/stdout", "/dev/stderr"):
+            return True                                          # what the shell opened, even if it is a file
+        if not os.path.islink(step):
+            break
+        step, steps = os.path.join(os.path.dirname(step), os.readlink(step)), steps + 1
+    try:
+        return not stat.S_ISREG(os.stat(path).st_mode)
+    except OSError:
+        return False
+
+
+def _target(path):
+    """Where the bytes go: links followed.   Raises OSError for what cannot be written."""
     path = Path(path)
     if path.is_dir():
         raise IsADirectoryError(f"{path} is a folder; name a file to write")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"the folder {path.parent} of {path.name} does not exist; make it first")
-    text = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name[:40]}.", suffix=".part", dir=path.parent)
+    if is_special(path):
+        return path
+    target = Path(os.path.realpath(path))
+    if target.is_symlink():
+        raise FileNotFoundError(f"{path} is a link that leads round in a circle")
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"the folder {target.parent} of {path.name} does not exist; make it first")
+    if target.exists() and not os.access(target, os.W_OK):
+        raise PermissionError(f"{path} may only be read; name another file to write")
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        raise PermissionError(f"the folder {target.parent} of {path.name} may not be written to")
+    return target
+
+
+@contextlib.contextmanager
+def named(path: str | Path) -> Iterator[None]:
+    """An OSError from inside the block says the file's name, not a temporary one or none."""
     try:
-        with os.fdopen(handle, mode, **text) as file:
+        yield
+    except OSError as error:
+        if error.errno is None or error.strerror is None or str(error.filename) == str(path):
+            raise
+        raise type(error)(error.errno, error.strerror, str(path)) from None
+
+
+@contextlib.contextmanager
+def atomic_write(path: str | Path, mode: str = "w") -> Iterator[IO]:
+    """Open a file for writing that appears under `path` only when the block ends without an error.
+
+    mode : "w" (text, UTF-8, newlines as given) or "wb" (bytes). A link stays and its target is
+    written; a pipe or a device gets the bytes as they come.
+    Raises OSError when the folder is missing, is not writable or the disk is full, OutputError when
+    a command would replace what it reads; `path` is then untouched.
+    """
+    target = _target(path)
+    text: dict[str, Any] = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
+    if is_special(path):
+        with named(path), open(path, mode, **text) as file:
             yield file
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(temporary, _permissions(path))
-        os.replace(temporary, path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.unlink(temporary)
-        raise
+        return
+    if identity(target) in _protected.get():
+        raise OutputError(f"{path}: found an input of this command where an output would stand, needed "
+                          "another name for the output; nothing was written there")
+    with named(path):
+        handle, temporary = tempfile.mkstemp(prefix=f".{target.name[:40]}.", suffix=".part", dir=target.parent)
+        try:
+            with os.fdopen(handle, mode, **text) as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            os.chmod(temporary, _permissions(target))
+            os.replace(temporary, target)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)
+            raise
 
 
 def _permissions(path):
@@ -55,50 +168,86 @@ def _permissions(path):
     return 0o666 & ~mask
 
 
-class FormatError(ValueError):
-    """A file that is not of the format asked for; the message names the file, what was found and what was needed."""
+def set_aside(path: str | Path) -> Path | None:
+    """Give a file that is there another name, the first free one of PATH.1, PATH.2 ...
+
+    ->  the new name, None where there was no file
+    """
+    path = Path(path)
+    if not os.path.lexists(path):
+        return None
+    number = 1
+    while os.path.lexists(f"{path}.{number}"):
+        number += 1
+    os.rename(path, f"{path}.{number}")
+    return Path(f"{path}.{number}")
 
 
-def save_npz(path, format_name, version, arrays, facts):
+def save_npz(path: str | Path, format_name: str, version: int, arrays: Mapping[str, Any],
+             facts: Mapping[str, Any]) -> None:
     """Write named arrays and a dict of plain facts (numbers, words, lists) as one `.npz` file, whole or not at all.
 
     The same content gives the same bytes. Nothing in it is pickled, so that reading it can run no code.
     """
     header = json.dumps({"format": format_name, "version": version, "facts": facts}, sort_keys=True)
     with atomic_write(path, "wb") as file:
-        np.savez(file, header=np.array(header), **{name: np.asarray(array, order="C") for name, array in arrays.items()})
+        np.savez(file, header=np.array(header),
+                 **{name: np.asarray(array, order="C") for name, array in arrays.items()})
 
 
-def load_npz(path, format_name, version, needed, facts=()):
+def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[str],
+             facts: Mapping[str, type] | tuple = ()) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Read what `save_npz` wrote, and nothing else.
 
-    needed : names of the arrays that must be there;  facts : {name: type} of the facts that must   ->  ({name: array}, facts)
-    Raises FormatError (foreign, truncated, tampered with, of another format or a newer version, something missing) or OSError.
-    Memory grows with the file alone: nothing is unpickled or decompressed, and an array that claims to be larger than its bytes is refused.
+    needed : names of the arrays that must be there;  facts : {name: type} of the facts that must
+    ->  ({name: array}, facts)
+    Raises FormatError (foreign, truncated, tampered with, of another format or a newer version,
+    something missing) or OSError. Memory grows with the file alone: nothing is unpickled or
+    decompressed, and an array that claims to be larger than its bytes is refused.
     """
     kind = f"a refimpl {format_name} file"
-    data = io.BytesIO(Path(path).read_bytes())                   # an OSError of the disk is its own; what follows is about the content
+    data = Path(path).read_bytes()                               # an OSError of the disk is its own; what follows is about the content
     try:
-        with zipfile.ZipFile(data) as archive:
-            arrays = {info.filename.removesuffix(".npy"): _read_array(archive, info) for info in archive.infolist()}
+        arrays = read_arrays(data)
         header = json.loads(str(arrays.pop("header")))
     except KeyError:
         raise FormatError(f"{path}: found a file without a refimpl header, needed {kind}") from None
-    except (ValueError, TypeError, SyntaxError, tokenize.TokenError, EOFError, RecursionError, OverflowError, NotImplementedError, RuntimeError, struct.error, zipfile.BadZipFile,
-            zlib.error, MemoryError) as error:
-        raise FormatError(f"{path}: found something else or a damaged file ({_first_line(error)}), needed {kind}") from None
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{path}: found something else or a damaged file ({_first_line(error)}), "
+                          f"needed {kind}") from None
     if not isinstance(header, dict) or header.get("format") != format_name:
         found = header.get("format") if isinstance(header, dict) else type(header).__name__
         raise FormatError(f"{path}: found a refimpl {str(found)[:40]} file, needed {kind}")
     if header.get("version") != version:
-        raise FormatError(f"{path}: found version {str(header.get('version'))[:20]} of the {format_name} format, needed version {version}; "
-                          "was it written by another release? Make it again with this one")
+        raise FormatError(f"{path}: found version {str(header.get('version'))[:20]} of the {format_name} "
+                          f"format, needed version {version}; was it written by another release? Make it "
+                          "again with this one")
     told = header.get("facts")
     missing = [name for name in needed if name not in arrays]
-    missing += [name for name, kind_of_fact in dict(facts).items() if not isinstance(told, dict) or not _is_fact(told.get(name), kind_of_fact)]
+    missing += [name for name, kind_of_fact in dict(facts).items()
+                if not isinstance(told, dict) or not _is_fact(told.get(name), kind_of_fact)]
     if missing:
-        raise FormatError(f"{path}: found no {', '.join(missing)} of the right kind, needed {', '.join([*needed, *dict(facts)])}")
+        raise FormatError(f"{path}: found no {', '.join(missing)} of the right kind, needed "
+                          f"{', '.join([*needed, *dict(facts)])}")
     return arrays, told
+
+
+def read_arrays(data: bytes) -> dict[str, np.ndarray]:
+    """The arrays of an `.npz` file's bytes, stored without compression.   ->  {name: array}
+
+    Raises ValueError for anything else, whatever is wrong with it. An array that lies in Fortran
+    order comes back in Fortran order.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            members = archive.infolist()
+            if len({info.filename for info in members}) != len(members):
+                raise ValueError("a member stands twice in the archive")
+            return {info.filename.removesuffix(".npy"): _read_array(archive, info) for info in members}
+    except (ValueError, TypeError, SyntaxError, tokenize.TokenError, EOFError, RecursionError, KeyError,
+            OverflowError, NotImplementedError, RuntimeError, struct.error, zipfile.BadZipFile, zlib.error,
+            MemoryError) as error:
+        raise ValueError(_first_line(error)) from None
 
 
 def _is_fact(value, kind):
@@ -114,7 +263,8 @@ def _read_array(archive, info):
         raise ValueError(f"member {info.filename[:40]!r} is no plain .npy array")
     with archive.open(info) as member:
         version = np.lib.format.read_magic(member)
-        read_header = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}.get(version)
+        read_header = {(1, 0): np.lib.format.read_array_header_1_0,
+                       (2, 0): np.lib.format.read_array_header_2_0}.get(version)
         if read_header is None:
             raise ValueError(f"member {info.filename[:40]!r} has an unknown .npy version")
         shape, fortran, dtype = read_header(member)
@@ -123,19 +273,8 @@ def _read_array(archive, info):
         data = member.read()                                     # the zip's checksum is verified at its end
     if len(data) != math.prod(shape) * dtype.itemsize:
         raise ValueError(f"member {info.filename[:40]!r} is longer or shorter than it claims")
-    return np.frombuffer(data, dtype).reshape(shape, order="F" if fortran else "C").copy()
+    return np.frombuffer(data, dtype).reshape(shape, order="F" if fortran else "C").copy(order="K")
 
 
 def _first_line(error):
     return (str(error).splitlines() or [type(error).__name__])[0][:120]
-
-
-def check_writable(path):
-    """Raise OSError now, before hours of work, if a file could not be written there later."""
-    path = Path(path)
-    if path.is_dir():
-        raise IsADirectoryError(f"{path} is a folder; name a file to write")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"the folder {path.parent} of {path.name} does not exist; make it first")
-    with tempfile.TemporaryFile(dir=path.parent):
-        pass

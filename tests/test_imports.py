@@ -16,7 +16,7 @@ MAY_IMPORT = {
     "motion": {"storage"},
     "nn": set(),
     "holden2017": {"storage", "motion", "nn"},
-    "torresani2006": {"storage", "motion"},
+    "torresani2006": {"storage", "motion", "nn"},
     "conformance": {"storage", "motion", "nn", "holden2017", "torresani2006"},
     "exercise": {"nn"},
     "plot": {"storage", "motion"},
@@ -25,7 +25,7 @@ MAY_IMPORT = {
     "bench_torch": set(),
     "commands": {"bench", "bench_torch", "storage", "motion", "nn", "holden2017", "torresani2006", "conformance", "plot", "animate"},
     "blas": set(),
-    "cli": {"commands", "blas"},
+    "cli": {"commands", "blas", "storage"},
     "__main__": {"cli"},
     "__init__": set(),
 }

@@ -8,22 +8,20 @@ import platform
 import numpy as np
 
 from .. import bench
-from ..storage import atomic_write, check_writable
-from .options import number
+from ..storage import atomic_write
+from .options import OutputPath, number
 from .progress import table
 
 
 def add_commands(commands):
     command = commands.add_parser("bench", help="measure speed against PyTorch", description=__doc__)
-    command.add_argument("--json", metavar="FILE", help="write every number")
+    command.add_argument("--json", metavar="FILE", type=OutputPath, help="write every number")
     command.add_argument("--seconds", type=number(above=0), default=1.0, metavar="S", help="for each rival of each line (default: %(default)s)")
     command.add_argument("--no-peer", action="store_true", help="measure this package alone")
     command.set_defaults(run=run)
 
 
 def run(arguments):
-    if arguments.json:
-        check_writable(arguments.json)
     peer, version = (None, None) if arguments.no_peer else _peer()
     machine = {"processor": _processor(), "cores": os.cpu_count(), "numpy": np.__version__, "torch": version,
                "BLAS kernels": os.environ.get("OPENBLAS_CORETYPE", "as BLAS chooses")}

@@ -1,75 +1,182 @@
-"""`refimpl check`: prove the reference, or judge another implementation; `refimpl export`: golden vectors for readers without Python."""
+"""`refimpl check`: hold the reference against its second derivation, or judge another implementation.
 
+`refimpl export`: golden vectors for readers without Python.
+"""
+
+import os
 import sys
 
-from ..conformance import cases, judge_all, load_backend, reference
-from ..conformance.backend import read_expected_failures
-from ..conformance.golden import export, verify
+import numpy as np
+
+from ..conformance import OPERATIONS, cases, judge_all, load_backend, reference
+from ..conformance.backend import nearest, read_expected_failures
+from ..conformance.explain import explain
+from ..conformance.golden import export, read_folder
+from ..conformance.judge import verdict
 from ..conformance.prove import prove
-from ..conformance.report import failures, proof_table, table, write_json, write_junit
-from ..storage import check_writable
-from .options import whole
+from ..conformance.report import failures, last_line, misspelt, proof_table, row, table, write_junit
+from .options import InputFolder, InputPath, OutputFolder, OutputPath, whole, write_report
+
+EXIT = """Exit status: 0 everything that ran agrees; 1 something is wrong, follows another convention or
+cannot be decided, or nothing ran, or the folder is not the exported one; 2 input that cannot be used.
+What is stricter or laxer with input, or is not offered, counts with --require only."""
 
 
 def add_commands(commands):
-    check = commands.add_parser("check", help="prove the reference, or judge another implementation",
-                                description="Without a backend: hold the reference against its second derivation and the gradient instruments. "
-                                            "With one: hold the backend against the reference.")
-    check.add_argument("backend", nargs="?", metavar="MODULE:OBJECT", help="a mapping of operation names to callables, imported from here")
-    check.add_argument("--golden", metavar="DIR", help="verify a folder that `refimpl export` wrote")
-    check.add_argument("--json", metavar="FILE", help="write every verdict as JSON")
-    check.add_argument("--junit", metavar="FILE", help="write every verdict as JUnit XML")
-    check.add_argument("--xfail", metavar="FILE", help="patterns of case ids that are known to fail, one a line")
+    check = commands.add_parser(
+        "check", help="hold the reference against its second derivation, or judge another implementation",
+        description="Without a backend: hold the reference against its second derivation and the gradient "
+                    "instruments. With one: hold the backend against the reference, or against golden vectors.",
+        epilog=EXIT)
+    check.add_argument("backend", nargs="?", metavar="MODULE:OBJECT",
+                       help="a mapping of operation names to callables, imported from here")
+    check.add_argument("--golden", metavar="DIR", type=InputFolder,
+                       help="judge by the vectors that `refimpl export` wrote to this folder")
+    check.add_argument("--json", metavar="FILE", type=OutputPath, help="write every verdict as JSON")
+    check.add_argument("--junit", metavar="FILE", type=OutputPath, help="write every verdict as JUnit XML")
+    check.add_argument("--xfail", metavar="FILE", type=InputPath,
+                       help="patterns of case ids that are known to fail, one a line")
     check.add_argument("--operations", metavar="A,B", help="only these operations (default: all)")
-    check.add_argument("--seed", type=whole(0), default=0, metavar="N", help="of the random inputs (default: %(default)s)")
+    check.add_argument("--require", metavar="A,B|all",
+                       help="operations or functions that must be offered, and take neither more nor less "
+                            "than the reference")
+    check.add_argument("--seed", type=whole(0), metavar="N", help="of the random inputs (default: 0)")
+    check.add_argument("--explain", metavar="OPERATION",
+                       help="print an operation's arguments, shapes, units, defaults and conventions, and stop")
     check.set_defaults(run=run_check)
 
-    golden = commands.add_parser("export", help="write golden vectors", description="Write inputs and outputs of every case, and a manifest, to a folder.")
-    golden.add_argument("folder", metavar="DIR")
+    golden = commands.add_parser("export", help="write golden vectors",
+                                 description="Write inputs and outputs of every case, and a manifest, to a folder.")
+    golden.add_argument("folder", metavar="DIR", type=OutputFolder)
     golden.add_argument("--operations", metavar="A,B", help="only these operations (default: all)")
-    golden.add_argument("--seed", type=whole(0), default=0, metavar="N", help="of the random inputs (default: %(default)s)")
+    golden.add_argument("--seed", type=whole(0), default=0, metavar="N",
+                        help="of the random inputs (default: %(default)s)")
     golden.set_defaults(run=run_export)
 
 
 def run_check(arguments):
-    for path in (arguments.json, arguments.junit):
-        if path:
-            check_writable(path)
-    operations = arguments.operations.split(",") if arguments.operations else None
-    if arguments.golden:
-        return _check_golden(arguments)
-    if not arguments.backend and not (arguments.json or arguments.junit):
-        return _prove(arguments.seed, operations)
+    if arguments.explain is not None:
+        return _explain(arguments)
+    operations = _names("--operations", arguments.operations)
+    if arguments.golden is not None:
+        if arguments.seed is not None:
+            raise ValueError(f"--seed: found {arguments.seed} beside --golden, whose vectors have their seed; "
+                             "leave it out")
+        return _judge(arguments, *_golden_cases(arguments.golden, operations))
+    seed = arguments.seed or 0
+    if not arguments.backend:
+        return _prove(arguments, seed, operations)
+    return _judge(arguments, cases(seed=seed, operations=operations), [])
+
+
+def _names(word, text):
+    """Names between commas.   ->  list of str, None where the option was not given"""
+    if text is None:
+        return None
+    found = [name.strip() for name in text.split(",") if name.strip()]
+    if not found:
+        raise ValueError(f"{word}: found {text!r}, needed names with commas between them")
+    return found
+
+
+def _golden_cases(folder, operations):
+    """->  cases, complaints"""
+    found, complaints = read_folder(folder)
+    if operations is not None and not complaints:
+        for name in operations:
+            if name not in {case.operation.name for case in found}:
+                near = nearest(name, {case.operation.name for case in found})
+                raise ValueError(f"--operations: found {name!r}, needed an operation of {folder}"
+                                 + (f"; do you mean {near}?" if near else ""))
+    return [c for c in found if operations is None or c.operation.name in operations], complaints
+
+
+def _required(text, chosen):
+    """Functions that must be there.   ->  set of str"""
+    names, there = _names("--require", text), {case.function for case in chosen}
+    if names is None:
+        return set()
+    found = set()
+    for name in names:
+        functions = there if name == "all" else {f for f in there if f in (name, f"{name}_backward")}
+        if not functions:
+            near = nearest(name, there)
+            raise ValueError(f"--require: found {name!r}, needed all, or an operation or function that is "
+                             "judged here" + (f"; do you mean {near}?" if near else ""))
+        found |= functions
+    return found
+
+
+def _judge(arguments, chosen, complaints):
     backend = load_backend(arguments.backend) if arguments.backend else reference()
-    patterns = read_expected_failures(arguments.xfail) if arguments.xfail else ()
-    outcomes = list(judge_all(backend, cases(seed=arguments.seed, operations=operations), patterns))
-    print("\n".join([f"{backend.name} against refimpl", "", *table(outcomes), *failures(outcomes)]))
-    if arguments.json:
-        write_json(arguments.json, backend, outcomes)
+    patterns = read_expected_failures(arguments.xfail) if arguments.xfail is not None else ()
+    required = _required(arguments.require, chosen) if chosen or not complaints else set()
+    outcomes = list(judge_all(backend, chosen, patterns))
+    said = "disagrees" if complaints else verdict(outcomes, required)
+    against = arguments.golden or "refimpl"
+    lines = [f"{backend.name} against {against}", "", *(f"{against}: {c}" for c in complaints[:20])]
+    if len(complaints) > 20:
+        lines += [f"{against}: ... and {len(complaints) - 20} more"]
+    if outcomes:
+        lines += [*table(outcomes), *failures(outcomes)]
+    if arguments.golden:
+        agreeing = sum(o.grade == "agrees" for o in outcomes)
+        lines += ["", f"{arguments.golden}: {agreeing} of {len(outcomes)} golden vectors agree"]
+    absent = sorted({o.case.function for o in outcomes if o.grade == "not offered"} & required)
+    lines += [f"required, but not offered: {', '.join(absent)}"] if absent else []
+    print("\n".join([*lines, *misspelt(backend), "", last_line(outcomes, said)]))
+    rows = [*(_complaint(c) for c in complaints), *map(row, outcomes)]
+    _write(arguments, backend, rows, said)
     if arguments.junit:
-        write_junit(arguments.junit, backend, outcomes)
-    return 1 if any(outcome.status in ("failed", "xpassed") for outcome in outcomes) else 0
+        write_junit(arguments.junit, backend, outcomes, complaints)
+    return 0 if said == "agrees" else 1
 
 
-def _prove(seed, operations):
+def _complaint(words):
+    return {"operation": "", "case": "golden folder", "function": "", "dtype": "", "grade": "wrong",
+            "convention": "", "found": words, "needed": "the folder as it was exported",
+            "status": "failed", "message": words}
+
+
+def _prove(arguments, seed, operations):
+    for option in ("xfail", "junit", "require"):
+        if getattr(arguments, option) is not None:
+            raise ValueError(f"--{option}: found it without a backend or --golden, of which it speaks; leave it out")
     cases(seed=seed, operations=operations)                      # an unknown name is refused before any work
     proofs = []
     for proof in prove(seed=seed, operations=operations):
         proofs.append(proof)
-        print(f"{proof.operation}: {'proved' if not proof.failures else f'{len(proof.failures)} failures'}", file=sys.stderr)
+        said = "agrees" if not proof.failures else f"{len(proof.failures)} failures"
+        print(f"{proof.operation}: {said}", file=sys.stderr)
     wrong = [failure for proof in proofs for failure in proof.failures]
-    print("\n".join([*proof_table(proofs), *wrong]))
+    said = "disagrees" if wrong else "agrees"
+    print("\n".join([*proof_table(proofs), *wrong, "",
+                     f"verdict: {said} (the reference with its second derivation, the gradient instruments and "
+                     "its own cases)"]))
+    _write(arguments, reference(), [row for proof in proofs for row in proof.rows], said)
     return 1 if wrong else 0
 
 
-def _check_golden(arguments):
-    functions = load_backend(arguments.backend).functions if arguments.backend else reference().functions
-    verdicts = list(verify(arguments.golden, functions))
-    wrong = [f"{identity}: {message}" for identity, message in verdicts if message]
-    print("\n".join([*wrong, f"{arguments.golden}: {len(verdicts) - len(wrong)} of {len(verdicts)} golden vectors agree"]))
-    return 1 if wrong else 0
+def _write(arguments, backend, rows, said):
+    if arguments.json is None:
+        return
+    settings = {"backend": backend.name, "tolerances": dict(backend.tolerances), "seed": arguments.seed or 0,
+                "golden": arguments.golden, "operations": arguments.operations, "require": arguments.require,
+                "xfail": arguments.xfail, "numpy": np.__version__,
+                "blas threads": os.environ.get("OPENBLAS_NUM_THREADS", "")}
+    unknown = [{"name": name, "nearest": near} for name, near in backend.unknown]
+    write_report(arguments.json, "check", settings, rows, verdict=said, unknown=unknown)
+
+
+def _explain(arguments):
+    if arguments.explain not in OPERATIONS:
+        near = nearest(arguments.explain, OPERATIONS)
+        raise ValueError(f"--explain: found {arguments.explain!r}, needed one of {', '.join(OPERATIONS)}"
+                         + (f"; do you mean {near}?" if near else ""))
+    print("\n".join(explain(OPERATIONS[arguments.explain])))
+    return 0
 
 
 def run_export(arguments):
-    operations = arguments.operations.split(",") if arguments.operations else None
-    print(f"{arguments.folder}: {export(arguments.folder, seed=arguments.seed, operations=operations)} golden vectors and manifest.json")
+    count = export(arguments.folder, seed=arguments.seed, operations=_names("--operations", arguments.operations))
+    print(f"{arguments.folder}: {count} golden vectors and manifest.json")

@@ -18,7 +18,7 @@ from ..motion.prepare import fit_normaliser
 from ..motion.synthetic import STYLES, make_database
 from ..motion.take import make_take
 from ..storage import atomic_write
-from .options import whole
+from .options import OutputFolder, whole
 from .progress import Progress, epoch_line
 
 HIDDEN, CHANNELS = 64, 48
@@ -28,7 +28,7 @@ EPOCHS, RATES = {"autoencoder": 30, "style": 60}, {"autoencoder": 5e-4, "style":
 
 def add_commands(commands):
     command = commands.add_parser("demo", help="run everything on the embedded motion", description=__doc__)
-    command.add_argument("--out", metavar="DIR", type=Path, default=Path("refimpl-demo"), help="made if missing (default: %(default)s)")
+    command.add_argument("--out", metavar="DIR", type=OutputFolder, default=OutputFolder("refimpl-demo"), help="made if missing (default: %(default)s)")
     command.add_argument("--style", choices=[name for name in STYLES if name != "normal"], default="old", help="(default: %(default)s)")
     command.add_argument("--seed", type=whole(0), default=0, metavar="N", help="of the networks' first weights (default: %(default)s)")
     command.set_defaults(run=run)
@@ -36,7 +36,7 @@ def add_commands(commands):
 
 def run(arguments):
     began = time.perf_counter()
-    out = arguments.out
+    out = Path(arguments.out)
     out.mkdir(parents=True, exist_ok=True)
 
     print("1/5  motion: walkers, joggers and turners, made by the program")

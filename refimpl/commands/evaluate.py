@@ -12,7 +12,7 @@ from ..motion.dataset import find_clips, load_dataset, to_scale
 from ..motion.features import Start, decode
 from ..motion.take import read_take
 from ..storage import atomic_write
-from .options import whole
+from .options import InputFolder, InputPath, OutputFolder, whole
 from .progress import Progress, table
 
 DESCRIPTION = """Stylise every clip that was kept out of training by every style network and by optimisation, write the results, read them again and measure them. The
@@ -26,16 +26,17 @@ FEET = (("system", "{}"), ("skate", "{:.2f}"), ("sinks", "{:.2f}"), ("sinks at m
 
 def add_commands(commands):
     command = commands.add_parser("evaluate", help="measure results of 2016 and 2017 beside real motion", description=DESCRIPTION)
-    command.add_argument("folder", metavar="FOLDER", help="the BVH clips that MOTIONS.npz was made of")
-    command.add_argument("motions", metavar="MOTIONS.npz", help="what `refimpl prepare` wrote, with clips held out")
-    command.add_argument("styles", metavar="STYLE.npz", nargs="+", help="what `refimpl train-style` wrote, all of one loss network")
+    command.add_argument("folder", metavar="FOLDER", type=InputFolder, help="the BVH clips that MOTIONS.npz was made of")
+    command.add_argument("motions", metavar="MOTIONS.npz", type=InputPath, help="what `refimpl prepare` wrote, with clips held out")
+    command.add_argument("styles", metavar="STYLE.npz", nargs="+", type=InputPath, help="what `refimpl train-style` wrote, all of one loss network")
     command.add_argument("--content-style", default="normal", metavar="NAME", help="the style of the contents (default: %(default)s)")
     command.add_argument("--most", type=whole(1), metavar="N", help="clips of each style at most (default: all that were held out)")
-    command.add_argument("--out", metavar="DIR", type=Path, default=Path("refimpl-evaluation"), help="made if missing (default: %(default)s)")
+    command.add_argument("--out", metavar="DIR", type=OutputFolder, default=OutputFolder("refimpl-evaluation"), help="made if missing (default: %(default)s)")
     command.set_defaults(run=run)
 
 
 def run(arguments):
+    arguments.out = Path(arguments.out)
     dataset = load_dataset(arguments.motions)
     styles = [load_style(path) for path in arguments.styles]
     _check(styles, dataset, arguments)

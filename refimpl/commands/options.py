@@ -1,7 +1,12 @@
 """Kinds of option values: argparse types that refuse what makes no sense, and say what does."""
 
 import argparse
+import json
 import math
+from typing import Any
+
+from .. import __version__
+from ..storage import atomic_write, is_special
 
 
 def whole(least, most=10 ** 9):
@@ -27,3 +32,53 @@ def number(*, least=None, above=None, below=None):
             raise argparse.ArgumentTypeError(f"found {text!r}, needed a number {' and '.join(bounds)}")
         return value
     return read
+
+
+class InputPath(str):
+    """A file that a command reads: no output may be it."""
+
+
+class InputFolder(InputPath):
+    """A folder that a command reads: no output may be it or a file below it."""
+
+
+class OutputPath(str):
+    """A file that a command writes: no input and no other output may be it."""
+
+
+class OutputFolder(OutputPath):
+    """A folder that a command writes files into."""
+
+
+def files_of(arguments: argparse.Namespace) -> tuple[dict[str, str], dict[str, str]]:
+    """What a command reads and what it writes, by the words of its options.
+
+    ->  inputs, outputs as {word: path}; a command's `also_writes(arguments)` is among the outputs
+    """
+    inputs, outputs = {}, {}
+    for name, value in vars(arguments).items():
+        word = f"--{name.replace('_', '-')}"
+        for number, item in enumerate(value if isinstance(value, list) else [value]):
+            key = word if not isinstance(value, list) else f"{word} {number + 1}"
+            if isinstance(item, InputPath):
+                inputs[key] = item
+            elif isinstance(item, OutputPath):
+                outputs[key] = item
+    for word, path in getattr(arguments, "also_writes", lambda _: {})(arguments).items():
+        outputs[word] = OutputPath(str(path))
+    return inputs, outputs
+
+
+def check_ending(path: str, ending: str) -> None:
+    """Refuse an output of another kind than its name says; a pipe or a device may have any name."""
+    if not path.lower().endswith(ending) and not is_special(path):
+        raise ValueError(f"{path}: found an output that does not end in {ending}, needed one that does, since "
+                         f"that is what is written; try {path}{ending}")
+
+
+def write_report(path: str, command: str, settings: dict[str, Any], rows: list[dict], **more: Any) -> None:
+    """One JSON object: command, version, settings, rows (flat) and what else is told."""
+    content = {"command": command, "version": __version__, "settings": settings, "rows": rows, **more}
+    with atomic_write(path) as file:
+        json.dump(content, file, indent=1)
+        file.write("\n")

@@ -1,26 +1,24 @@
 """`refimpl prepare`: a folder of BVH clips to one file of features with labels."""
 
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import nullcontext
 from pathlib import Path
 
 from ..motion.dataset import HELD_OUT, PATTERN, find_clips, labels_by_pattern, labels_from_file, prepare, save_dataset
 from ..motion.joints import read_mapping
-from ..storage import check_writable
-from .options import number, whole
+from .options import InputFolder, InputPath, OutputPath, number, whole
 from .progress import Progress, table
+from .workers import workers
 
 
 def add_commands(commands):
     command = commands.add_parser("prepare", help="make a folder of BVH clips ready for training", description=__doc__)
-    command.add_argument("folder", metavar="FOLDER", type=Path, help="searched for .bvh files, also below")
-    command.add_argument("-o", "--output", metavar="MOTIONS.npz", required=True)
+    command.add_argument("folder", metavar="FOLDER", type=InputFolder, help="searched for .bvh files, also below")
+    command.add_argument("-o", "--output", metavar="MOTIONS.npz", type=OutputPath, required=True)
     labels = command.add_mutually_exclusive_group()
-    labels.add_argument("--labels", metavar="LABELS.csv", help="header clip,content,style; a clip by its path below FOLDER or its name")
+    labels.add_argument("--labels", metavar="LABELS.csv", type=InputPath, help="header clip,content,style; a clip by its path below FOLDER or its name")
     labels.add_argument("--pattern", metavar="REGEX", default=PATTERN,
                         help="searched in each file's name without its ending; named groups content and style; other files are left out "
                              f"(default: {PATTERN.replace('%', '%%')})")
-    command.add_argument("--mapping", metavar="FILE.csv", help="lines slot,joint for skeletons with other names")
+    command.add_argument("--mapping", metavar="FILE.csv", type=InputPath, help="lines slot,joint for skeletons with other names")
     command.add_argument("--hold-out", type=number(least=0, below=1), default=HELD_OUT, metavar="SHARE",
                          help="share of the clips of each content and style kept out of training, rounded down (default: %(default)s)")
     command.add_argument("--processes", type=whole(1, 256), default=1, metavar="N", help="read clips in so many processes (default: %(default)s)")
@@ -28,14 +26,14 @@ def add_commands(commands):
 
 
 def run(arguments):
-    check_writable(arguments.output)
     overrides = read_mapping(arguments.mapping) if arguments.mapping else None
-    paths = find_clips(arguments.folder)
-    labels = (labels_from_file(paths, arguments.labels, arguments.folder) if arguments.labels
+    folder = Path(arguments.folder)
+    paths = find_clips(folder)
+    labels = (labels_from_file(paths, arguments.labels, folder) if arguments.labels
               else labels_by_pattern(paths, arguments.pattern))
     progress = Progress(len(labels), "clip")
-    with ProcessPoolExecutor(arguments.processes) if arguments.processes > 1 else nullcontext() as executor:
-        dataset = prepare(arguments.folder, labels, fraction=arguments.hold_out, overrides=overrides,
+    with workers(arguments.processes) as executor:
+        dataset = prepare(folder, labels, fraction=arguments.hold_out, overrides=overrides,
                           report=lambda path: progress.step(path.name), executor=executor)
     save_dataset(arguments.output, dataset)
     for line in summary(dataset):

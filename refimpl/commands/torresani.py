@@ -8,7 +8,7 @@ import numpy as np
 
 from ..motion.bvh import read_bvh, write_bvh
 from ..motion.dataset import PATTERN
-from ..storage import atomic_write, check_writable
+from ..storage import atomic_write
 from ..torresani2006 import experiment, performers
 from ..torresani2006.database import embedded_database, read_database, train
 from ..torresani2006.observe import EFFORTS
@@ -16,7 +16,7 @@ from ..torresani2006.poses import clip_of, fit_body, fragment_of, size_ratio
 from ..torresani2006.regress import MODELS
 from ..torresani2006.segment import segment
 from ..torresani2006.synthesise import LOOKS, NEIGHBOURS, check_style, contents_of, observed_style, synthesise
-from .options import whole
+from .options import InputFolder, InputPath, OutputFolder, OutputPath, whole
 from .progress import Progress, table
 
 POLES = ("bound -3 .. free 3", "light -3 .. strong 3", "sustained -3 .. sudden 3")
@@ -32,7 +32,7 @@ def add_commands(commands):
     _add_database(command)
     for effort, poles in zip(EFFORTS, POLES):
         command.add_argument(f"--{effort}", type=float, default=0.0, metavar="E", help=f"{poles} (default: %(default)g)")
-    command.add_argument("-o", "--output", metavar="OUT.bvh", required=True)
+    command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputPath, required=True)
     command.add_argument("--model", choices=MODELS, default="kernel ridge", help="(default: %(default)s)")
     command.add_argument("--neighbours", type=whole(2), default=NEIGHBOURS, metavar="K", help="fragments to blend from (default: %(default)s)")
     command.add_argument("--looks", type=whole(1), metavar="N", help="of the N best pairs take the one whose blend the computed observer sees "
@@ -43,9 +43,9 @@ def add_commands(commands):
     command = command.add_subparsers(title="experiments", metavar="PAPER", required=True).add_parser(
         "torresani", help="Table 1 and Figure 1 of Torresani 2006, segmentation and synthesis measured",
         description="Table 1 and Figure 1 of Torresani 2006, beside the paper's numbers; how phrases are cut; whether a style asked for is seen.")
-    command.add_argument("folder", metavar="FOLDER", nargs="?",
+    command.add_argument("folder", metavar="FOLDER", nargs="?", type=InputFolder,
                          help="BVH clips, five actions by twelve performers; the embedded performers unless given")
-    command.add_argument("--out", metavar="DIR", type=Path, default=Path("refimpl-torresani"), help="made if missing (default: %(default)s)")
+    command.add_argument("--out", metavar="DIR", type=OutputFolder, default=OutputFolder("refimpl-torresani"), help="made if missing (default: %(default)s)")
     command.add_argument("--pattern", metavar="REGEX", default=PATTERN, help="named groups content and style (here: the performer)")
     command.add_argument("--splits", type=whole(1), default=experiment.SPLITS, metavar="N", help="(default: %(default)s)")
     command.add_argument("--trials", type=whole(1), default=10, metavar="N", help="styles asked for, of each performer (default: %(default)s)")
@@ -54,10 +54,10 @@ def add_commands(commands):
 
 
 def _add_database(command):
-    command.add_argument("clip", metavar="CLIP.bvh")
-    command.add_argument("database", metavar="DATABASE", nargs="?", help="a folder of BVH clips on the same skeleton, each an action; "
+    command.add_argument("clip", metavar="CLIP.bvh", type=InputPath)
+    command.add_argument("database", metavar="DATABASE", nargs="?", type=InputFolder, help="a folder of BVH clips on the same skeleton, each an action; "
                          "the embedded performers unless given")
-    command.add_argument("--labels", metavar="LABELS.csv", help="an analyst's styles: header clip,start,end,flow,weight,time; every line is a "
+    command.add_argument("--labels", metavar="LABELS.csv", type=InputPath, help="an analyst's styles: header clip,start,end,flow,weight,time; every line is a "
                          "fragment. Without it styles are those of the computed observer")
     command.add_argument("--pattern", metavar="REGEX", default=PATTERN,
                          help=f"content from file names; clips of other names are grouped by likeness (default: {PATTERN.replace('%', '%%')})")
@@ -97,7 +97,6 @@ def _piece_rows(database, pieces, fps, file_fps):
 
 def run_synthesise(arguments):
     target = check_style([getattr(arguments, effort) for effort in EFFORTS])
-    check_writable(arguments.output)
     database, clip, Y = _load(arguments)
     model, projection = train(database, arguments.model, seed=arguments.seed)
     made = synthesise(Y, database, model, projection, target, count=arguments.neighbours, looks=arguments.looks)
@@ -129,6 +128,7 @@ def _style(style):
 
 
 def run_experiment(arguments):
+    arguments.out = Path(arguments.out)
     arguments.out.mkdir(parents=True, exist_ok=True)
     cast = experiment.folder_cast(arguments.folder, arguments.pattern) if arguments.folder else experiment.embedded_cast()
     database, seed = cast.database, arguments.seed

@@ -10,21 +10,22 @@ import numpy as np
 from ..holden2017.measure import held_out_distances
 from ..holden2017.checkpoint import fingerprint, load_checkpoint, save_checkpoint
 from ..holden2017.lesson import make_lesson, normalised_windows
+from ..holden2017.networks import init_loss_network, init_transformation_network
 from ..holden2017.model import Manifold, Style, load_manifold, save_manifold, save_style
 from ..holden2017.total import Weights
 from ..holden2017.train import AUTOENCODER_RATE, BATCH, RATE, train_autoencoder, train_style
 from ..motion.dataset import load_dataset
 from ..motion.prepare import fit_normaliser
-from ..storage import atomic_write, check_writable
-from .options import number, whole
+from ..storage import atomic_write, set_aside
+from .options import InputPath, OutputPath, number, whole
 from .progress import Progress, epoch_line, table
 
 
 def add_commands(commands):
     manifold = commands.add_parser("train-autoencoder", help="train the loss network (equation 3)",
                                    description="Train the convolutional autoencoder, the loss network of equations 1 to 3.")
-    manifold.add_argument("motions", metavar="MOTIONS.npz", help="what `refimpl prepare` wrote")
-    manifold.add_argument("-o", "--output", metavar="MANIFOLD.npz", required=True)
+    manifold.add_argument("motions", metavar="MOTIONS.npz", type=InputPath, help="what `refimpl prepare` wrote")
+    manifold.add_argument("-o", "--output", metavar="MANIFOLD.npz", type=OutputPath, required=True)
     _training_options(manifold, epochs=100, rate=AUTOENCODER_RATE)
     manifold.add_argument("--hidden", type=whole(1), default=256, metavar="M", help="hidden units (default: %(default)s)")
     manifold.add_argument("--dropout", type=number(least=0, below=1), default=0.02, metavar="P",
@@ -34,10 +35,10 @@ def add_commands(commands):
 
     style = commands.add_parser("train-style", help="train a style (equation 10)",
                                 description="Train the transformation network for one style, equations 4 to 10.")
-    style.add_argument("motions", metavar="MOTIONS.npz", help="what `refimpl prepare` wrote")
-    style.add_argument("manifold", metavar="MANIFOLD.npz", help="what `refimpl train-autoencoder` wrote")
+    style.add_argument("motions", metavar="MOTIONS.npz", type=InputPath, help="what `refimpl prepare` wrote")
+    style.add_argument("manifold", metavar="MANIFOLD.npz", type=InputPath, help="what `refimpl train-autoencoder` wrote")
     style.add_argument("--style", required=True, metavar="NAME", help="the label of the style's exemplar clips")
-    style.add_argument("-o", "--output", metavar="STYLE.npz", required=True)
+    style.add_argument("-o", "--output", metavar="STYLE.npz", type=OutputPath, required=True)
     _training_options(style, epochs=100, rate=RATE)
     style.add_argument("--channels", type=whole(1), default=128, metavar="C", help="channels between its layers (default: %(default)s)")
     style.add_argument("--content-style", default="normal", metavar="NAME", help="the style of the clips to learn on, or several: A,B (default: %(default)s)")
@@ -51,7 +52,7 @@ def add_commands(commands):
         style.add_argument(f"--weight-{name}", type=number(least=0), default=value, metavar="W",
                            help=f"weight of the {name} loss, for centimetres (default: %(default)s)" if name != "turn" else
                                 "what a squared radian counts against a squared centimetre in the trajectory loss (default: %(default)s)")
-    style.add_argument("--report", metavar="FILE.json", help="write what was measured on the held-out clips")
+    style.add_argument("--report", metavar="FILE.json", type=OutputPath, help="write what was measured on the held-out clips")
     style.set_defaults(run=run_style)
 
 
@@ -63,12 +64,13 @@ def _training_options(command, epochs, rate):
     command.add_argument("--seed", type=whole(0), default=0, metavar="N", help="(default: %(default)s)")
     command.add_argument("--threads", type=whole(1, 256), default=2, metavar="N",
                          help="compute each batch in so many parts side by side; the same number gives the same bits (default: %(default)s)")
-    command.add_argument("--resume", action="store_true", help="go on from OUTPUT.checkpoint, which every epoch leaves, if it is there")
-    command.add_argument("--curves", metavar="FILE.png", help="draw the losses by epoch")
+    command.set_defaults(also_writes=lambda arguments: {"the checkpoint": _checkpoint(arguments)})
+    command.add_argument("--resume", action="store_true", help="go on from OUTPUT.checkpoint, which every epoch leaves, if it is there; "
+                         "without it such a file is kept under another name")
+    command.add_argument("--curves", metavar="FILE.png", type=OutputPath, help="draw the losses by epoch")
 
 
 def run_autoencoder(arguments):
-    _check_outputs(arguments.output, arguments.curves)
     dataset = load_dataset(arguments.motions)
     clips = dataset.select(held_out=False)
     if not clips:
@@ -78,14 +80,14 @@ def run_autoencoder(arguments):
     print(f"{len(X)} windows of {X.shape[2]} frames from {len(clips)} clips of {dataset.source}")
     settings = {name: getattr(arguments, name) for name in ("epochs", "batch", "rate", "alpha", "dropout", "hidden", "width", "seed")}
     run = fingerprint(["autoencoder", settings, arguments.threads], X)
-    params = _train(arguments, run, ("loss",), lambda **how: train_autoencoder(X, **how, **settings))
+    like = init_loss_network(np.random.default_rng(0), hidden=arguments.hidden, width=arguments.width, dtype=X.dtype)
+    params = _train(arguments, run, like, ("loss",), lambda **how: train_autoencoder(X, **how, **settings))
     save_manifold(arguments.output, Manifold(params, normaliser, dataset.leg, dataset.bones))
     _finish(arguments)
     print(f"{arguments.output}: {arguments.hidden} hidden units, filters of {arguments.width} frames")
 
 
 def run_style(arguments):
-    _check_outputs(arguments.output, arguments.curves, arguments.report)
     dataset, manifold = load_dataset(arguments.motions), load_manifold(arguments.manifold)
     weights = Weights(**{name: getattr(arguments, f"weight_{name}") for name in vars(Weights())}).for_leg(manifold.leg)
     lesson, held_out, exemplars = make_lesson(
@@ -94,9 +96,11 @@ def run_style(arguments):
     print(f"{len(lesson.X)} windows of {', '.join(exemplars)}; style {arguments.style!r} from "
           f"{', '.join(f'{len(clips)} clips for {content}' for content, clips in exemplars.items())}")
     settings = {name: getattr(arguments, name) for name in ("epochs", "batch", "rate", "channels", "width", "seed")}
-    run = fingerprint(["style", settings, arguments.threads, vars(weights), lesson.contents], lesson.X, lesson.contacts, lesson.trajectory, *lesson.grams.values(),
+    told = {name: getattr(arguments, f"weight_{name}") for name in vars(Weights())}
+    run = fingerprint(["style", settings, arguments.threads, told, lesson.contents], lesson.X, lesson.contacts, lesson.trajectory, *lesson.grams.values(),
                       *manifold.params.values())
-    params = _train(arguments, run, ("loss", "content", "style", "foot", "bone", "trajectory"),
+    like = init_transformation_network(np.random.default_rng(0), channels=arguments.channels, width=arguments.width, dtype=lesson.X.dtype)
+    params = _train(arguments, run, like, ("loss", "content", "style", "foot", "bone", "trajectory"),
                     lambda **how: train_style(lesson, manifold, weights=weights, **how, **settings))
     style = Style(params, manifold, arguments.style, lesson.pairs, lesson.learned, lesson.exemplars)
     save_style(arguments.output, style)
@@ -110,16 +114,20 @@ def run_style(arguments):
     print(f"{arguments.output}: style {arguments.style!r} for {', '.join(exemplars)}")
 
 
-def _train(arguments, run, keys, epochs):
+def _train(arguments, run, like, keys, epochs):
     """Follow a training loop, from its checkpoint on if that is asked for; leave a checkpoint after every epoch; draw the curves.
 
-    epochs : state, executor, parts -> the generator   ->  the last parameters
+    like : parameters of the shapes to expect;  epochs : state, executor, parts -> the generator   ->  the last parameters
     """
     checkpoint = _checkpoint(arguments)
     state, records = None, []
     if arguments.resume and checkpoint.exists():
-        state, records = load_checkpoint(checkpoint, run)
-        print(f"{checkpoint}: going on after epoch {state.epoch} of {arguments.epochs}")
+        state, records, exact = load_checkpoint(checkpoint, run, like, arguments.epochs)
+        print(f"{checkpoint}: going on after epoch {state.epoch} of {arguments.epochs}"
+              + ("" if exact else "; its data differ from today's in their last digits, as they do on another processor: "
+                                  "the result will not be the same bits as an undisturbed run's"))
+    elif aside := set_aside(checkpoint):
+        print(f"{checkpoint}: found the checkpoint of an earlier run and --resume not given; it is kept as {aside}")
     progress = Progress(arguments.epochs - len(records), "epoch", seconds=0.0)
     with ThreadPoolExecutor(arguments.threads) if arguments.threads > 1 else nullcontext() as executor:
         for record, state in epochs(state=state, executor=executor, parts=arguments.threads):
@@ -160,9 +168,3 @@ def _pairs(words):
         if word.count("=") != 1 or not all(word.split("=")):
             raise ValueError(f"--pair: found {word!r}, needed CONTENT=EXEMPLAR")
     return dict(word.split("=") for word in words)
-
-
-def _check_outputs(*paths):
-    for path in paths:
-        if path:
-            check_writable(path)

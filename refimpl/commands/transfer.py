@@ -7,8 +7,7 @@ from ..holden2017.transfer import transfer
 from ..motion.bvh import write_bvh
 from ..motion.joints import read_mapping
 from ..motion.take import bone_lengths, guess_unit, read_take, standing_height
-from ..storage import check_writable
-from .options import number, whole
+from .options import InputPath, OutputPath, check_ending, number, whole, write_report
 
 DESCRIPTION = """A clip in another style, on its own skeleton, at 60 frames a second: by a trained network (the system of 2017), or by an
 optimisation that needs no training for a new style (that of 2016): --method optimise --content CLIP.bvh --style S.bvh --manifold M.npz."""
@@ -16,20 +15,21 @@ optimisation that needs no training for a new style (that of 2016): --method opt
 
 def add_commands(commands):
     command = commands.add_parser("transfer", help="stylise a BVH clip", description=DESCRIPTION)
-    command.add_argument("style_file", metavar="STYLE.npz", nargs="?", help="what `refimpl train-style` wrote")
-    command.add_argument("clip", metavar="CLIP.bvh", nargs="?", help="the content")
-    command.add_argument("-o", "--output", metavar="OUT.bvh", required=True)
-    command.add_argument("--mapping", metavar="FILE.csv", help="lines slot,joint for a skeleton with other names")
+    command.add_argument("style_file", metavar="STYLE.npz", nargs="?", type=InputPath, help="what `refimpl train-style` wrote")
+    command.add_argument("clip", metavar="CLIP.bvh", nargs="?", type=InputPath, help="the content")
+    command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputPath, required=True)
+    command.add_argument("--mapping", metavar="FILE.csv", type=InputPath, help="lines slot,joint for a skeleton with other names")
     command.add_argument("--raw", action="store_true", help="what the method gives as it is, jitter and sliding feet included")
     command.add_argument("--no-projection", action="store_true", help="T(I) alone, without the manifold projection P")
     command.add_argument("--own-pace", action="store_true", help="walk the content's path as fast as the result's feet step")
-    command.add_argument("--plot", metavar="OUT.png", help="draw content and result as in the paper's figure 3")
-    command.add_argument("--animate", metavar="OUT.html", help="an animation of content and result for a browser")
+    command.add_argument("--plot", metavar="OUT.png", type=OutputPath, help="draw content and result as in the paper's figure 3")
+    command.add_argument("--animate", metavar="OUT.html", type=OutputPath, help="an animation of content and result for a browser")
+    command.add_argument("--json", metavar="FILE", type=OutputPath, help="write what was done as JSON")
     command.add_argument("--method", choices=("network", "optimise"), default="network", help="(default: %(default)s)")
     group = command.add_argument_group("with --method optimise")
-    group.add_argument("--content", metavar="CLIP.bvh", help="the content")
-    group.add_argument("--style", metavar="S.bvh", nargs="+", help="one clip or more in the style")
-    group.add_argument("--manifold", metavar="M.npz", help="what `refimpl train-autoencoder` wrote")
+    group.add_argument("--content", metavar="CLIP.bvh", type=InputPath, help="the content")
+    group.add_argument("--style", metavar="S.bvh", nargs="+", type=InputPath, help="one clip or more in the style")
+    group.add_argument("--manifold", metavar="M.npz", type=InputPath, help="what `refimpl train-autoencoder` wrote")
     group.add_argument("--weight-style", type=number(least=0, below=1), metavar="S", help=f"against 1 - S for the content (default: {Settings.style})")
     group.add_argument("--start", choices=("noise", "content"), help=f"where the search begins (default: {Settings.start})")
     group.add_argument("--iterations", type=whole(0), metavar="N", help=f"(default: {Settings.iterations})")
@@ -40,9 +40,7 @@ def add_commands(commands):
 def run(arguments):
     optimised = arguments.method == "optimise"
     content = _check_method(arguments)
-    for path in (arguments.output, arguments.plot, arguments.animate):
-        if path:
-            check_writable(path)
+    check_ending(arguments.output, ".bvh")
     overrides = read_mapping(arguments.mapping) if arguments.mapping else None
     if optimised:
         manifold = load_manifold(arguments.manifold)
@@ -63,6 +61,11 @@ def run(arguments):
     mean, largest = path_error(result.features, take.features)
     print(f"{arguments.output}: {result.clip.frames} frames at 60 frames/s in style {name}; "
           f"its path leaves the content's by {mean:.3g} on average, {largest:.3g} at most ({unit})")
+    if arguments.json:
+        row = {"content": content, "style": name, "result": arguments.output, "frames": result.clip.frames,
+               "fps": result.clip.fps, "mean path error": mean, "largest path error": largest, "unit": unit}
+        settings = {key: value for key, value in vars(arguments).items() if key != "run"}
+        write_report(arguments.json, "transfer", settings, [row])
     if arguments.plot or arguments.animate:
         draw(take.positions, result, arguments.plot, arguments.animate, unit)
 

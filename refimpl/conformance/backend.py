@@ -1,83 +1,177 @@
 """Another implementation: a mapping of operation names to callables, and what it declares of itself."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+import difflib
 import fnmatch
 import importlib
+import math
 import os
 import sys
+from typing import Any
 
 from . import operations_holden, operations_nn, operations_torresani
+from .record import as_tuple
 
-TOLERANCES = {"float64": 1e-12, "float32": 1e-5}                 # relative to the largest element of the expected array
+TOLERANCES = {"float64": 1e-12, "float32": 1e-5}                 # of the largest element of the expected array
+LOOSEST = 0.1                                                    # that a backend may declare; beyond it nothing is judged
 
 
 class BackendError(ValueError):
     """What was named as a backend is none; the message says what was found and what is needed."""
 
 
+class NoAnswer(Exception):
+    """A backend's function raised something, or tried to leave the program, instead of answering."""
+
+    def __init__(self, error: BaseException):
+        self.error = error
+        super().__init__(f"raised {type(error).__name__}: {words_of(error)}")
+
+
 @dataclass(frozen=True)
 class Backend:
-    """functions : {name: callable}, gradients as name + "_backward";  tolerances : {"float64": ..., "float32": ...};  name : for reports."""
+    """Another implementation.
 
-    functions: Mapping = field(repr=False)
-    tolerances: Mapping = field(default_factory=lambda: dict(TOLERANCES))
+    functions : {name: callable}, gradients as name + "_backward";  tolerances : {"float64": ...,
+    "float32": ...};  name : for reports;  unknown : ((name, nearest known name or ""), ...), what it
+    offers that is no operation;  loaded : whether `load_backend(name)` finds it again
+    """
+
+    functions: Mapping[str, Callable] = field(repr=False)
+    tolerances: Mapping[str, float] = field(default_factory=lambda: dict(TOLERANCES))
     name: str = "backend"
+    unknown: tuple[tuple[str, str], ...] = ()
+    loaded: bool = False
 
 
-def reference():
+def reference() -> Backend:
     """The package itself as a backend."""
     functions = {}
-    for operation in operations_nn.OPERATIONS + operations_holden.OPERATIONS + operations_torresani.OPERATIONS:
+    for operation in (operations_nn.OPERATIONS + operations_holden.OPERATIONS
+                      + operations_torresani.OPERATIONS):
         functions[operation.name] = operation.f
         if operation.backward:
             functions[f"{operation.name}_backward"] = operation.backward
     return Backend(functions, dict(TOLERANCES), "refimpl")
 
 
-def as_backend(thing, name="backend"):
-    """A Backend from a mapping of callables (with an optional key "tolerances"), from a module or object with such attributes, or from a Backend."""
+def ask(function: Callable, arguments: Iterable, attributes: Mapping) -> tuple:
+    """Call a backend's function.   ->  its outputs as a tuple of arrays (None where there is none)
+
+    Raises NoAnswer for whatever it raises, `sys.exit` included: a backend may end a call, never the
+    judge. Only Ctrl-C goes through.
+    """
+    try:
+        return as_tuple(function(*arguments, **attributes))
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise NoAnswer(error) from None
+
+
+def words_of(error: BaseException) -> str:
+    """An error's own words in one line of at most 300 characters, even if it cannot tell them."""
+    try:
+        return " ".join(str(error).split())[:300]
+    except BaseException as other:
+        return f"(its words cannot be read: {type(other).__name__})"
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The known name that a misspelt one is likely to mean, "" when none is near.
+
+    >>> nearest("conv1d_bakward", ["conv1d", "conv1d_backward", "gram"])
+    'conv1d_backward'
+    """
+    lower = {k.lower().replace("_", ""): k for k in known}
+    found = difflib.get_close_matches(name.lower().replace("_", "").replace(" ", ""), lower, 1, 0.6)
+    return lower[found[0]] if found else ""
+
+
+def as_backend(thing: Any, name: str = "backend", loaded: bool = False) -> Backend:
+    """A Backend from a mapping of callables, from a module or object with such attributes, or from a Backend.
+
+    A key (or attribute) "tolerances" may declare its own bounds, {"float32": 1e-4}, at most 0.1.
+    Names that are no operation are kept in `unknown`.   Raises BackendError.
+    """
     if isinstance(thing, Backend):
         return thing
-    if isinstance(thing, Mapping):
-        functions, tolerances = {k: v for k, v in thing.items() if callable(v)}, thing.get("tolerances", {})
-    else:
-        known = reference().functions
-        functions = {k: getattr(thing, k) for k in known if callable(getattr(thing, k, None))}
-        tolerances = getattr(thing, "tolerances", {})
-    if not isinstance(tolerances, Mapping) or set(tolerances) - set(TOLERANCES) or not all(
-            isinstance(t, (int, float)) and t >= 0 for t in tolerances.values()):
-        raise BackendError(f"{name}: found tolerances {tolerances!r}, needed numbers from 0 on for {' or '.join(TOLERANCES)}")
-    if not set(functions) & set(reference().functions):
-        raise BackendError(f"{name}: found no operation among {', '.join(map(str, list(functions)[:8])) or 'nothing callable'}, "
-                           f"needed callables named like {', '.join(list(reference().functions)[:4])} ...")
-    return Backend(functions, {**TOLERANCES, **tolerances}, name)
+    known = reference().functions
+    try:
+        if isinstance(thing, Mapping):
+            offered = {str(key): thing[key] for key in thing}
+            unknown = [key for key in offered if key not in known and key != "tolerances"]
+        elif isinstance(thing, (str, bytes, int, float, list, tuple, set)) or thing is None:
+            raise BackendError(f"{name}: found {type(thing).__name__}, needed a mapping of operation "
+                               "names to callables, or a module with such functions")
+        else:
+            offered = {key: getattr(thing, key) for key in [*known, "tolerances"]
+                       if hasattr(thing, key)}
+            unknown = [key for key in dir(thing) if key not in known and key[:1] != "_"
+                       and difflib.get_close_matches(key, [k for k in known if k not in offered], 1, 0.85)]
+    except (BackendError, KeyboardInterrupt):
+        raise
+    except BaseException as error:
+        raise BackendError(f"{name}: found something that cannot be read ({type(error).__name__}: "
+                           f"{words_of(error)}), needed a mapping of operation names to callables") from None
+    tolerances = _tolerances(name, offered.pop("tolerances", {}))
+    functions = {key: value for key, value in offered.items() if key in known}
+    for key, value in functions.items():
+        if not callable(value):
+            raise BackendError(f"{name}: found {key} of type {type(value).__name__}, needed a callable")
+    misspelt = tuple((key, nearest(key, known)) for key in unknown)
+    if not functions:
+        meant = [f"{key!r} (do you mean {near}?)" if near else repr(key) for key, near in misspelt[:8]]
+        raise BackendError(f"{name}: found no operation among {', '.join(meant) or 'nothing callable'}, "
+                           f"needed callables named like {', '.join(list(known)[:4])} ...")
+    return Backend(functions, {**TOLERANCES, **tolerances}, name, misspelt, loaded)
 
 
-def load_backend(words):
-    """ "module:object" (or "module" alone) to a Backend; the current folder is searched as well.   Raises BackendError."""
+def _tolerances(name, declared):
+    """Checked: a number from 0 to LOOSEST for each precision."""
+    good = isinstance(declared, Mapping) and set(declared) <= set(TOLERANCES) and all(
+        isinstance(t, (int, float)) and not isinstance(t, bool) and not math.isnan(t)
+        and 0 <= t <= LOOSEST for t in declared.values())
+    if not good:
+        raise BackendError(f"{name}: found tolerances {repr(declared)[:200]}, needed numbers from 0 to "
+                           f"{LOOSEST} for {' or '.join(TOLERANCES)}, relative to the largest element; "
+                           "beyond that nothing would be judged")
+    return dict(declared)
+
+
+def load_backend(words: str) -> Backend:
+    """ "module:object" (or "module" alone) to a Backend; the current folder is searched as well.
+
+    Raises BackendError, also for a module that raises or leaves the program while it is imported.
+    """
     module, _, attribute = words.partition(":")
     if os.getcwd() not in sys.path:
         sys.path.insert(0, os.getcwd())
     try:
         thing = importlib.import_module(module)
+        for part in filter(None, attribute.split(".")):
+            if not hasattr(thing, part):
+                raise BackendError(f"{words}: found no {part!r} in {getattr(thing, '__name__', thing)}, "
+                                   "needed module:object")
+            thing = getattr(thing, part)
+    except (BackendError, KeyboardInterrupt):
+        raise
     except ImportError as error:
-        raise BackendError(f"{words}: found no module to import ({error}), needed module:object that Python can import from here") from None
-    for part in filter(None, attribute.split(".")):
-        if not hasattr(thing, part):
-            raise BackendError(f"{words}: found no {part!r} in {getattr(thing, '__name__', thing)}, needed module:object")
-        thing = getattr(thing, part)
-    return as_backend(thing, words)
+        raise BackendError(f"{words}: found no module to import ({words_of(error)}), needed "
+                           "module:object that Python can import from here") from None
+    except BaseException as error:
+        raise BackendError(f"{words}: found a module that cannot be imported ({type(error).__name__}: "
+                           f"{words_of(error)}), needed module:object") from None
+    return as_backend(thing, words, loaded=True)
 
 
-def read_expected_failures(path):
+def read_expected_failures(path: str) -> list[str]:
     """Patterns of case ids that are known to fail, one a line; `#` begins a comment.   ->  list of str"""
     with open(path, encoding="utf-8") as file:
         lines = [line.split("#")[0].strip() for line in file]
     return [line for line in lines if line]
 
 
-def is_expected_failure(identity, patterns):
+def is_expected_failure(identity: str, patterns: Iterable[str]) -> bool:
     return any(fnmatch.fnmatchcase(identity, pattern) for pattern in patterns)
-
-

@@ -1,89 +1,197 @@
-"""Compare a backend's outputs with the reference's, element by element, and say which convention it follows where they differ."""
+"""Compare a backend's outputs with the reference's, element by element, and say which convention it follows where they differ.
 
-from dataclasses import dataclass
+A call gets copies of its own, made before the first one, and the first thing that is looked at is
+whether it left them alone. What a function says is judged once; the same answer is then held against
+the conventions of others (`attribution`).
+"""
+
+from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import Any
 
 import numpy as np
 
-from .backend import as_backend, is_expected_failure
-from .record import as_tuple, relative_difference
-from .rivals import RIVALS
+from . import attribution
+from .backend import Backend, NoAnswer, as_backend, ask, is_expected_failure
+from .record import relative_difference
+
+EXACT = 1e-15                                                    # where a rule decides and nothing is rounded
+REFUSALS = (ValueError, TypeError, NotImplementedError)          # how a library says that it does not take something
+GRADES = ("agrees", "wrong", "convention", "stricter", "laxer", "not offered", "undecidable")
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The verdict on one case. status : passed, failed, skipped, xfailed (an expected failure) or xpassed (one that passed)."""
+    """The verdict on one case.
 
-    case: object
+    status : passed, failed, skipped, xfailed (an expected failure) or xpassed (one that passed);
+    grade : one of GRADES;  message : for people;  found, needed : in a few words or numbers;
+    rival : the convention that it follows instead, "" when none is known;  answer : its outputs
+    """
+
+    case: Any
     status: str
     message: str = ""
-    worst: dict = None
+    worst: dict | None = None
     rival: str = ""
     difference: float = 0.0
-
-
-EXACT = 1e-15                                                    # where a rule decides and nothing is rounded
+    grade: str = ""
+    found: Any = ""
+    needed: Any = ""
+    answer: tuple | None = None
+    error: BaseException | None = None
 
 
 class Difference(Exception):
     """What is wrong with a result; carries the worst element."""
 
-    def __init__(self, message, **worst):
+    def __init__(self, message, found="", needed="", **worst):
         super().__init__(message)
-        self.worst = worst
+        self.worst, self.found, self.needed = worst, found, needed
 
 
 def judge_all(backend, chosen, expected_failures=()):
-    """Outcomes of all cases, in order.   backend : whatever `as_backend` takes"""
+    """Outcomes of all cases, in order.   backend : whatever `as_backend` takes
+
+    The cases of one operation are judged together: a convention is named only where it explains
+    every failure of a function.
+    """
     backend = as_backend(backend)
-    for case in chosen:
-        outcome = judge(case, backend)
-        if is_expected_failure(case.id, expected_failures) and outcome.status in ("passed", "failed"):
-            outcome = Outcome(case, "xfailed" if outcome.status == "failed" else "xpassed", outcome.message, outcome.worst, outcome.rival)
-        yield outcome
+    for _, group in groupby(chosen, key=lambda case: case.operation.name):
+        for outcome in _weighed([_first_look(case, backend) for case in group], backend):
+            expected = is_expected_failure(outcome.case.id, expected_failures)
+            if expected and outcome.status in ("passed", "failed"):
+                status = "xfailed" if outcome.status == "failed" else "xpassed"
+                outcome = replace(outcome, status=status)
+            yield outcome
 
 
-def judge(case, backend):
-    """->  Outcome of one case"""
+def judge(case, backend) -> Outcome:
+    """->  Outcome of one case, judged alone"""
     backend = as_backend(backend)
+    return _weighed([_first_look(case, backend)], backend)[0]
+
+
+def _first_look(case, backend):
     if case.function not in backend.functions:
-        return Outcome(case, "skipped", f"{backend.name} has no {case.function}")
+        return Outcome(case, "skipped", f"{backend.name} has no {case.function}", grade="not offered",
+                       needed=case.function)
+    answer: list = []
     try:
         with np.errstate(all="ignore"):
-            difference = _try(case, backend)
+            difference = _try(case, backend, answer)
     except Difference as wrong:
-        rival = follows(case, backend)
-        lines = [f"{case.id}: {wrong}"] + ([f"It matches {rival}."] if rival else []) + [_reproduction(case, backend)]
-        return Outcome(case, "failed", "\n".join(lines), wrong.worst, rival)
-    except Exception as error:                                   # a backend may raise anything; that is a failure of its own
-        return Outcome(case, "failed", f"{case.id}: raised {type(error).__name__}: {str(error)[:300]}\n{_reproduction(case, backend)}")
-    return Outcome(case, "passed", difference=difference or 0.0)
+        laxer = case.kind == "refused"
+        return Outcome(case, "failed", str(wrong), wrong.worst, grade="laxer" if laxer else "wrong",
+                       found=wrong.found or str(wrong), needed=wrong.needed,
+                       answer=answer[0] if answer else None)
+    except NoAnswer as silent:
+        return Outcome(case, "failed", str(silent), grade="wrong", found=str(silent),
+                       needed="an answer", error=silent.error)
+    return Outcome(case, "passed", difference=difference or 0.0, grade="agrees")
 
 
-def _try(case, backend):
+def _weighed(outcomes, backend):
+    """What one case alone cannot tell: refusals, conventions; and the lines to paste."""
+    answered = {o.case.function for o in outcomes if o.grade == "agrees" and o.case.kind != "refused"}
+    named = attribution.conventions([o for o in outcomes if o.grade == "wrong"])
+    found = []
+    for o in outcomes:
+        rival = named.get(o.case.id, "")
+        if o.grade == "wrong" and o.error is not None and _is_refusal(o, answered):
+            o = replace(o, grade="stricter")
+        elif rival:
+            o = replace(o, grade="convention", rival=rival)
+        elif (o.grade == "agrees" and o.case.kind == "refused" and o.case.function not in answered
+              and any(p.error is not None for p in outcomes if p.case.function == o.case.function)):
+            o = replace(o, status="failed", grade="undecidable", needed="an answer to some valid call",
+                        message="refused, as it should be; but it answers no valid call either")
+        if o.status == "failed":
+            says = [f"{o.case.id}: {o.message}"] + ([f"It matches {rival}."] if rival else [])
+            o = replace(o, message="\n".join([*says, reproduction(o.case, backend)]))
+        found.append(replace(o, answer=None))
+    return found
+
+
+def _is_refusal(outcome, answered):
+    """Whether a function that answers other calls says that it does not take this one."""
+    case = outcome.case
+    special = case.attributes or case.kind not in ("float64", "float32")
+    return isinstance(outcome.error, REFUSALS) and bool(special) and case.function in answered
+
+
+def verdict(outcomes, required=()) -> str:
+    """"agrees", "disagrees" or "nothing checked".
+
+    required : functions that must be offered and take exactly what the reference takes
+    """
+    ran = [o for o in outcomes if o.grade != "not offered"]
+    if not ran:
+        return "nothing checked"
+    for o in outcomes:
+        strict = o.case.function in required
+        bad = o.grade in ("wrong", "convention", "undecidable") or (strict and o.grade != "agrees")
+        if o.status == "xpassed" or (bad and o.status != "xfailed"):
+            return "disagrees"
+    return "agrees"
+
+
+def _try(case, backend, answer):
     if case.kind == "refused":
         return _refused(case, backend)
     if case.kind in _PROMISES:
         return _PROMISES[case.kind](case, backend)
-    return compare(case.call(backend), case, tolerance(case, backend))
+    answer.append(_call(case, backend))
+    return compare(answer[0], case, bounds(case, backend))
 
 
-def tolerance(case, backend):
-    return backend.tolerances[case.precision] * case.operation.tolerance
+def _call(case, backend, upstream=None):
+    """Outputs of the function for copies of the case's arguments, which it must leave alone."""
+    arguments, attributes = case.fresh()
+    if upstream is not None:
+        arguments = (upstream.copy(), *arguments[1:])
+    try:
+        outputs = ask(backend.functions[case.function], arguments, attributes)
+    finally:
+        _left_as_they_were(case, arguments, attributes, upstream)
+    return outputs
+
+
+def _left_as_they_were(case, arguments, attributes, upstream=None):
+    needed = case.arguments if upstream is None else (upstream, *case.arguments[1:])
+    pairs = [*zip(case.names, needed, arguments),
+             *((key, value, attributes.get(key)) for key, value in case.attributes.items())]
+    for name, before, after in pairs:
+        if isinstance(before, np.ndarray) and before.tobytes() != after.tobytes():
+            raise Difference(f"changed its argument {name}, needed to leave it alone",
+                             f"changed {name}", f"{name} left alone")
+
+
+def bounds(case, backend: Backend) -> tuple[float, ...]:
+    """How far each output may be off, in units of its largest element."""
+    if case.exact:
+        return (EXACT,) * len(case.expected)
+    factor, declared = case.operation.tolerance, backend.tolerances[case.precision]
+    return tuple(declared * factor + slack for slack in case.slacks)
 
 
 def compare(found, case, allowed):
-    """Raise Difference unless all outputs have the expected shape, type and values.   ->  largest difference relative to the largest element"""
+    """Raise Difference unless all outputs have the expected shape, type and values.
+
+    allowed : of `bounds`   ->  largest difference relative to the largest element
+    """
     if len(found) != len(case.expected):
-        raise Difference(f"found {len(found)} outputs, needed {len(case.expected)}")
+        raise Difference(f"found {len(found)} outputs, needed {len(case.expected)}",
+                         f"{len(found)} outputs", f"{len(case.expected)} outputs")
     largest = 0.0
-    for number, (got, wanted) in enumerate(zip(found, case.expected)):
+    for number, (got, wanted, bound) in enumerate(zip(found, case.expected, allowed)):
         label = _output_name(case, number)
         if wanted is None or got is None:
             if wanted is not None:
-                raise Difference(f"{label}: found None, needed an array of shape {wanted.shape}")
+                raise Difference(f"{label}: found None, needed an array of shape {wanted.shape}",
+                                 "None", f"shape {wanted.shape}")
             continue
-        slack = case.slack[number] if case.slack else 0.0
-        largest = max(largest, _compare_arrays(label, got, np.asarray(wanted), allowed + slack, case))
+        largest = max(largest, _compare_arrays(label, got, np.asarray(wanted), bound, case))
     return largest
 
 
@@ -94,117 +202,118 @@ def _output_name(case, number):
     return "output" if len(case.expected) == 1 else f"output {number}"
 
 
+def right_type(got, wanted, precision) -> bool:
+    """Whether an output has the precision asked for, or whole numbers where these are wanted."""
+    dtype = np.dtype(precision) if wanted.dtype.kind == "f" else wanted.dtype
+    return got.dtype == dtype or (dtype.kind in "iu" and got.dtype.kind in "iu")
+
+
 def _compare_arrays(label, got, wanted, allowed, case):
     if got.shape != wanted.shape:
-        raise Difference(f"{label}: found shape {got.shape}, needed {wanted.shape}")
-    dtype = np.dtype(case.precision) if wanted.dtype.kind == "f" else wanted.dtype
-    if got.dtype != dtype and not (dtype.kind in "iu" and got.dtype.kind in "iu"):
-        raise Difference(f"{label}: found dtype {got.dtype}, needed {dtype}")
+        raise Difference(f"{label}: found shape {got.shape}, needed {wanted.shape}",
+                         f"shape {got.shape}", f"shape {wanted.shape}")
+    if not right_type(got, wanted, case.precision):
+        needed = case.precision if wanted.dtype.kind == "f" else wanted.dtype
+        raise Difference(f"{label}: found dtype {got.dtype}, needed {needed}",
+                         f"dtype {got.dtype}", f"dtype {needed}")
     if not wanted.size:
         return 0.0
     off = relative_difference(got, wanted)
     worst = np.unravel_index(np.argmax(off), off.shape)
-    allowed = EXACT if case.exact else allowed
-    if off[worst] > allowed:
-        index = [int(i) for i in worst]
-        raise Difference(f"{label}, worst at {index}: got {float(got[worst]):.17g}, wanted {float(wanted[worst]):.17g} "
-                         f"({off[worst]:.3g} of the largest element, allowed {allowed:.1g}; {int((off > allowed).sum())} of {off.size} elements differ)",
-                         output=label, index=index, got=float(got[worst]), wanted=float(wanted[worst]), relative=float(off[worst]))
+    if not off[worst] <= allowed:
+        index, values = [int(i) for i in worst], (float(got[worst]), float(wanted[worst]))
+        raise Difference(f"{label}, worst at {index}: got {values[0]:.17g}, wanted {values[1]:.17g} "
+                         f"({off[worst]:.3g} of the largest element, allowed {allowed:.1g}; "
+                         f"{int((~(off <= allowed)).sum())} of {off.size} elements differ)", *values,
+                         output=label, index=index, got=values[0], wanted=values[1],
+                         relative=float(off[worst]))
     return float(off[worst])
 
 
 def _refused(case, backend):
     try:
-        case.call(backend)
-    except ValueError as error:
-        if backend.name == "refimpl" and not str(error).startswith(case.argument + ":"):
-            raise Difference(f"refused with {str(error)!r}, needed a message that names {case.argument!r} first") from None
-        return
-    except Exception:                                            # another implementation may refuse in its own way
-        if backend.name == "refimpl":
+        _call(case, backend)
+    except NoAnswer as silent:
+        if not isinstance(silent.error, Exception):              # leaving the program is no refusal
             raise
+        if backend.name != "refimpl":                            # another implementation may refuse in its own way
+            return
+        if not isinstance(silent.error, ValueError):
+            raise
+        if not str(silent.error).startswith(case.argument + ":"):
+            raise Difference(f"refused with {str(silent.error)!r}, needed a message that names "
+                             f"{case.argument!r} first") from None
         return
-    raise Difference(f"was accepted, needed an error about {case.argument}")
+    raise Difference(f"was accepted, needed an error about {case.argument}", "an answer",
+                     f"an error about {case.argument}")
 
 
 def _left_alone(case, backend):
-    for writeable in (True, False):
-        arguments = tuple(a.copy() if isinstance(a, np.ndarray) else a for a in case.arguments)
-        for a in arguments:
-            if isinstance(a, np.ndarray):
-                a.flags.writeable = writeable
-        as_tuple(backend.functions[case.function](*arguments, **case.attributes))
-        for name, before, after in zip(case.names, case.arguments, arguments):
-            if isinstance(before, np.ndarray) and before.tobytes() != after.tobytes():
-                raise Difference(f"changed its argument {name}, needed to leave it alone")
+    """Read-only arguments too; `_call` looks after the others."""
+    _call(case, backend)
+    arguments, attributes = case.fresh()
+    for a in (*arguments, *attributes.values()):
+        if isinstance(a, np.ndarray):
+            a.flags.writeable = False
+    ask(backend.functions[case.function], arguments, attributes)
+    _left_as_they_were(case, arguments, attributes)
 
 
 def _same_bits(case, backend):
-    first = [None if a is None else a.copy() for a in case.call(backend)]
-    other = tuple(a + 1 if isinstance(a, np.ndarray) and a.dtype.kind == "f" else a for a in case.arguments)
-    as_tuple(backend.functions[case.function](*other, **case.attributes))    # a state that another call leaves behind would show
-    for number, (a, b) in enumerate(zip(first, case.call(backend))):
-        if a is not None and (a.shape != b.shape or a.tobytes() != b.tobytes()):
-            raise Difference(f"{_output_name(case, number)}: found other bits on a second call with the same arguments")
+    """A state that other calls leave behind would show, and a buffer that is used again."""
+    first = _call(case, backend)
+    kept = [None if a is None else a.copy() for a in first]
+    for arguments, attributes in case.others:
+        ask(backend.functions[case.function], arguments, attributes)
+    for when, outputs in (("in the arrays of the first answer after other calls (a buffer used twice?)", first),
+                          ("on a second call with the same arguments", _call(case, backend))):
+        for number, (a, b) in enumerate(zip(kept, outputs)):
+            if a is not None and (a.shape != b.shape or a.tobytes() != b.tobytes()):
+                raise Difference(f"{_output_name(case, number)}: found other bits {when}",
+                                 "other bits", "the same bits on every call")
 
 
 def _own_memory(case, backend):
-    for number, out in enumerate(case.call(backend)):
-        for name, a in zip(case.names, case.arguments):
+    arguments, attributes = case.fresh()
+    outputs = ask(backend.functions[case.function], arguments, attributes)
+    for number, out in enumerate(outputs):
+        for name, a in zip(case.names, arguments):
             if isinstance(a, np.ndarray) and out is not None and np.shares_memory(out, a):
-                raise Difference(f"{_output_name(case, number)}: shares memory with {name}, needed memory of its own")
+                raise Difference(f"{_output_name(case, number)}: shares memory with {name}, needed memory "
+                                 "of its own", f"memory of {name}", "memory of its own")
 
 
 def _linear(case, backend):
-    upstream, *rest = case.arguments
+    upstream = case.arguments[0]
     other = np.cos(3.0 * np.arange(upstream.size)).reshape(upstream.shape)
-    function = backend.functions[case.function]
-    first, second = case.call(backend), as_tuple(function(other, *rest, **case.attributes))
-    mixed = as_tuple(function(1.7 * upstream - 0.6 * other, *rest, **case.attributes))
+    first, second = _call(case, backend), _call(case, backend, other)
+    mixed = _call(case, backend, 1.7 * upstream - 0.6 * other)
+    allowed = 10 * backend.tolerances[case.precision] * case.operation.tolerance
     for number, (a, b, both) in enumerate(zip(first, second, mixed)):
         if a is not None:
             size = max(np.abs(a).max(initial=0), np.abs(b).max(initial=0)) or 1.0
             off = np.abs(1.7 * a - 0.6 * b - both).max(initial=0) / size
-            if not off <= 10 * tolerance(case, backend):
-                raise Difference(f"{_output_name(case, number)}: is not linear in the upstream gradient (off by {off:.3g} of the largest element)")
+            if not off <= allowed:
+                raise Difference(f"{_output_name(case, number)}: is not linear in the upstream gradient "
+                                 f"(off by {off:.3g} of the largest element)", float(off), float(allowed))
 
 
-_PROMISES = {"leaves its inputs alone": _left_alone, "same bits twice": _same_bits, "memory of its own": _own_memory,
-             "linear in the upstream gradient": _linear}
+_PROMISES = {"leaves its inputs alone": _left_alone, "same bits twice": _same_bits,
+             "memory of its own": _own_memory, "linear in the upstream gradient": _linear}
 
 
-@np.errstate(all="ignore")
-def follows(case, backend):
-    """The rival convention whose outputs the backend's equal, with how nearly; "" when none fits."""
-    if case.kind == "refused" or case.kind in _PROMISES:
-        return ""
-    try:
-        found = case.call(backend)
-    except Exception:
-        return ""
-    for label, rival in RIVALS.get(case.function, ()):
-        try:
-            expected = as_tuple(rival(*case.arguments, **case.attributes))
-            if len(expected) != len(found):
-                continue
-            off = [_distance(a, b) for a, b in zip(found, expected)]
-        except (ValueError, TypeError, IndexError):
-            continue
-        if max(off, default=np.inf) <= max(tolerance(case, backend), 1e-15):
-            return f"{label}, to {max(off):.0e}"
-    return ""
-
-
-def _distance(a, b):
-    if a is None or b is None:
-        return 0.0 if a is b else np.inf
-    if a.shape != b.shape:
-        return np.inf
-    return float(relative_difference(a, b).max(initial=0.0))
-
-
-def _reproduction(case, backend):
-    """Lines to paste."""
-    load = "reference()" if backend.name == "refimpl" else f"load_backend({backend.name!r})"
-    return (f"    from refimpl.conformance import case, {load.split('(')[0]}\n"
-            f"    c = case({case.id!r})\n    print(c.call({load}), c.expected)")
+def reproduction(case, backend: Backend) -> str:
+    """Lines to paste, which make the same inputs again."""
+    if case.folder:
+        lines = ["from refimpl.conformance.golden import golden_case",
+                 f"c = golden_case({case.folder!r}, {case.id!r})"]
+    else:
+        lines = ["from refimpl.conformance import case", f"c = case({case.id!r}, seed={case.seed})"]
+    if backend.name == "refimpl":
+        lines += ["from refimpl.conformance import reference", "print(c.call(reference()), c.expected)"]
+    elif backend.loaded:
+        lines += ["from refimpl.conformance import load_backend",
+                  f"print(c.call(load_backend({backend.name!r})), c.expected)"]
+    else:
+        lines += ["c.check(MINE)                                    # MINE: the mapping that you gave"]
+    return "\n".join(f"    {line}" for line in lines)

@@ -13,8 +13,9 @@ import numpy as np
 from ..nn import GradientError, check_contract, check_gradient
 from .backend import reference
 from .cases import OPERATIONS, cases, generator
-from .judge import judge
+from .judge import judge_all
 from .record import as_tuple, relative_difference
+from .report import row
 
 VALUES = 1e-12                                                   # relative to the largest element
 ELEMENTS = 40                                                    # of a gradient; of a larger one a sample, and all of it along a line
@@ -22,7 +23,8 @@ ELEMENTS = 40                                                    # of a gradient
 
 @dataclass(frozen=True)
 class Proof:
-    """One operation's verdict: how many checks of each kind passed, the largest difference of its values, and what failed."""
+    """One operation's verdict: how many checks of each kind were made, the largest difference of its
+    values, what failed, and a row for each check (`report.row`'s keys)."""
 
     operation: str
     values: int
@@ -31,38 +33,59 @@ class Proof:
     cases: int
     difference: float
     failures: tuple
+    rows: tuple = ()
 
 
 def prove(*, seed=0, operations=None):
-    """Prove the operations one after the other.   operations : names, all unless given   ->  yields Proof"""
+    """Hold the operations one after the other against what knows nothing of them.
+
+    operations : names, all unless given   ->  yields Proof
+    """
     for name in operations or OPERATIONS:
         yield prove_operation(OPERATIONS[name], seed)
 
 
 def prove_operation(operation, seed=0):
     """->  Proof of one operation"""
-    values = gradients = contracts = 0
-    difference, failures = 0.0, []
+    made = {"definition": 0, "gradient": 0, "contract": 0}
+    difference, failures, rows = 0.0, [], []
+
+    def note(sample, what, message="", found="", needed=""):
+        made[what] += 1
+        if message:
+            failures.append(f"{operation.name}/{sample.label}: {message}")
+        function = operation.name if what == "definition" else f"{operation.name}_backward"
+        rows.append({"operation": operation.name, "case": f"{operation.name}/{sample.label}/{what}",
+                     "function": function, "dtype": "float64", "grade": "wrong" if message else "agrees",
+                     "convention": "", "found": found, "needed": needed,
+                     "status": "failed" if message else "passed", "message": message})
+
     for number, sample in enumerate(operation.samples(generator(operation, seed))):
-        off = _values_differ(operation, sample)
+        off, allowed = _values_differ(operation, sample), VALUES * operation.tolerance
         difference = max(difference, off)
-        if off > VALUES * operation.tolerance:
-            failures.append(f"{operation.name}/{sample.label}: the fast form and the definition differ by {off:.3g} of the largest element")
-        values += 1
+        note(sample, "definition", "" if off <= allowed else
+             f"the fast form and the definition differ by {off:.3g} of the largest element", str(off), str(allowed))
         if operation.backward and sample.smooth:
             f, backward = _with_attributes(operation.definition, sample), _with_attributes(operation.backward, sample)
             names = operation.arguments[:len(sample.inputs)]
-            try:
-                check_gradient(f, backward, *sample.inputs, names=names, seed=seed, contract=False, elements=ELEMENTS)
-                gradients += 1
-                if number == 0:
-                    check_contract(_with_attributes(operation.f, sample), backward, *sample.inputs, names=names, seed=seed)
-                    contracts += 1
-            except GradientError as error:
-                failures.append(f"{operation.name}/{sample.label}: {error}")
-    outcomes = [judge(case, reference()) for case in cases(seed=seed, operations=[operation.name])]
+            _note_gradient(note, sample, "gradient", lambda: check_gradient(
+                f, backward, *sample.inputs, names=names, seed=seed, contract=False, elements=ELEMENTS))
+            if number == 0:
+                _note_gradient(note, sample, "contract", lambda: check_contract(
+                    _with_attributes(operation.f, sample), backward, *sample.inputs, names=names, seed=seed))
+    outcomes = list(judge_all(reference(), cases(seed=seed, operations=[operation.name])))
     failures += [outcome.message for outcome in outcomes if outcome.status != "passed"]
-    return Proof(operation.name, values, gradients, contracts, len(outcomes), difference, tuple(failures))
+    return Proof(operation.name, made["definition"], made["gradient"], made["contract"], len(outcomes), difference,
+                 tuple(failures), (*rows, *map(row, outcomes)))
+
+
+def _note_gradient(note, sample, what, check):
+    try:
+        check()
+    except GradientError as error:
+        note(sample, what, str(error), "refused", "accepted")
+    else:
+        note(sample, what)
 
 
 def _with_attributes(function, sample):

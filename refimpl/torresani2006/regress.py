@@ -47,18 +47,14 @@ def fit_pca(sequences, components=COMPONENTS, length=LENGTH):
     r"""The directions of largest variance of the stretched sequences: the first right singular vectors of X - mean.
 
     sequences : list of (T_i, D) in radians   ->  Projection
-    The largest element of each direction by size is positive; of several that are equal up to 1e-9 of it,
-    the first: rounding does not decide a sign.
-    Raises RegressError for more components than directions in which the sequences differ (one less
-    than there are sequences, at most), AlignError for a sequence that is none, for no length, or
-    angles that differ in number.
+    Raises RegressError for more components than directions in which the sequences differ (at most one
+    less than there are sequences) or angles that differ in number, AlignError for what is no sequence.
     """
     sequences = [checked(f"sequences[{i}]", angles) for i, angles in enumerate(sequences)]
     check_whole("length", length, 1)
     check_whole("components", components, 1)
     if len({angles.shape[1] for angles in sequences}) != 1:
-        raise RegressError(f"sequences: found angles a frame {sorted({angles.shape[1] for angles in sequences})} , "
-                           "needed one number for all")
+        raise RegressError(f"sequences: found {sorted({angles.shape[1] for angles in sequences})} angles a frame, needed one number for all")
     X = np.stack([stretched(angles, length).ravel() for angles in sequences])
     mean = X.mean(axis=0)
     _, size, basis = np.linalg.svd(X - mean, full_matrices=False)

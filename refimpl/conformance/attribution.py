@@ -1,0 +1,85 @@
+"""Which convention of others does a failing backend follow? A name helps only if it is never wrong.
+
+A rival (`rivals`) explains a failure when
+
+- the backend's *first* answer equals the rival's to rounding, type included; a tolerance that the
+  backend declares for itself does not count;
+- the rival is far from the reference there, by a thousand bounds: where both agree nothing can be told.
+
+It is named for a function when it contradicts none of the function's failures and explains at least
+one; where several do, all are named. A function that gives other bits on a second call follows none.
+"""
+
+from collections.abc import Iterable
+from itertools import groupby
+
+import numpy as np
+
+from .cases import PROMISES
+from .record import as_tuple, cast, relative_difference
+from .rivals import RIVALS
+
+FAR = 1000.0                                                     # bounds between a rival and the reference
+ROUNDING = {"float64": 1e-12, "float32": 1e-5}                   # as `backend.TOLERANCES`, never what a backend declares
+
+
+def conventions(failures: Iterable) -> dict[str, str]:
+    """Names for failed outcomes.   list of Outcome (of one operation)  ->  {case id: names}"""
+    named = {}
+    by_function = groupby(sorted(failures, key=lambda o: o.case.function), key=lambda o: o.case.function)
+    for function, group in by_function:
+        outcomes = list(group)
+        if any(o.case.kind == "same bits twice" for o in outcomes):
+            continue
+        valued = [o for o in outcomes if o.case.expected is not None and o.case.kind not in PROMISES]
+        fits = {label: [_fit(rival, o) for o in valued] for label, rival in RIVALS.get(function, ())}
+        able = {label: fit for label, fit in fits.items() if "contradicts" not in fit and "explains" in fit}
+        for number, o in enumerate(valued):
+            labels = [label for label, fit in able.items() if fit[number] == "explains"]
+            if labels:
+                named[o.case.id] = " or ".join(labels)
+    return named
+
+
+@np.errstate(all="ignore")
+def _fit(rival, outcome) -> str:
+    """"explains" a failure, is "silent" about it (it equals the reference there), or "contradicts" it."""
+    case, answer = outcome.case, outcome.answer
+    if answer is None or len(answer) != len(case.expected):
+        return "contradicts"
+    arguments, attributes = case.fresh()
+    keys = tuple(attributes)
+    try:
+        expected = as_tuple(rival(*cast(arguments, np.float64),
+                                  **dict(zip(keys, cast(tuple(attributes.values()), np.float64)))))
+    except (ValueError, TypeError, IndexError):
+        return "contradicts"
+    if len(expected) != len(answer):
+        return "contradicts"
+    off = from_reference = 0.0
+    for got, theirs, ours, bound in zip(answer, expected, case.expected, _bounds(case)):
+        if ours is None or got is None or theirs is None:
+            if (got is None) != (theirs is None) and ours is not None:
+                return "contradicts"
+            continue
+        if not _same_kind(got, np.asarray(ours), case.precision) or got.shape != theirs.shape:
+            return "contradicts"
+        off = max(off, float(relative_difference(got, theirs).max(initial=0.0)) / bound)
+        if theirs.shape == np.shape(ours):
+            apart = float(relative_difference(theirs, np.asarray(ours)).max(initial=0.0))
+            from_reference = max(from_reference, apart / bound)
+        else:
+            from_reference = np.inf
+    if off > 1:
+        return "contradicts"
+    return "explains" if from_reference >= FAR else "silent"
+
+
+def _bounds(case):
+    if case.exact:
+        return (1e-15,) * len(case.expected)
+    return tuple(ROUNDING[case.precision] * case.operation.tolerance + slack for slack in case.slacks)
+
+
+def _same_kind(got, ours, precision):
+    return got.dtype == np.dtype(precision) if ours.dtype.kind == "f" else got.dtype.kind == ours.dtype.kind

@@ -1,0 +1,83 @@
+"""What a backend must offer for one operation: arguments, shapes, units, defaults, and what to hold to."""
+
+import inspect
+import textwrap
+
+import numpy as np
+
+from ..motion.features import FORWARD, SIDEWAYS, TURN
+from ..motion.joints import BONES, FEET, SLOTS
+from .backend import TOLERANCES
+from .cases import generator
+from .record import Operation
+from .rivals import RIVALS
+
+MOTION = ("foot_loss", "bone_loss", "trajectory_loss", "total_loss")      # whose arrays are the 66 numbers
+
+
+def explain(operation: Operation) -> list[str]:
+    """The lines that `refimpl check --explain OPERATION` prints.   ->  list of str"""
+    lines = [f"{operation.name}    {operation.equation}".rstrip(), ""]
+    lines += [f"    {operation.name}{signature(operation)}", *_documentation(operation.f), ""]
+    lines += _sample(operation)
+    if operation.backward:
+        lines += ["", f"Its gradient: {operation.name}_backward(upstream gradient, the same arguments), which returns a "
+                  "gradient for each array,", "in the order of the arguments, of its shape and precision "
+                  "(None where an array was None or is a constant).", *_documentation(operation.backward)]
+    if operation.name in MOTION:
+        lines += ["", *_joints()]
+    lines += ["", "How near: " + ", ".join(f"{TOLERANCES[p] * operation.tolerance:g} in {p}" for p in operation.precisions)
+              + ", of the largest element of each output, unless the backend declares its own;",
+              "in float32 more where terms cancel. An answer has the precision of its inputs."]
+    for function in (operation.name, f"{operation.name}_backward"):
+        if function in RIVALS:
+            lines += [f"Conventions of others that {function} is held against:"]
+            lines += [f"    {label}" for label, _ in RIVALS[function]]
+    return lines
+
+
+def signature(operation: Operation) -> str:
+    """Names and defaults as Python writes them, without types."""
+    parameters = [p.replace(annotation=inspect.Parameter.empty)
+                  for p in inspect.signature(operation.f).parameters.values()]
+    if any(p.kind is p.VAR_POSITIONAL for p in parameters):      # a network's arrays one after the other
+        names = [inspect.Parameter(n, inspect.Parameter.POSITIONAL_OR_KEYWORD) for n in operation.arguments]
+        rest = [p for p in parameters if p.kind is p.KEYWORD_ONLY]
+        parameters = names + rest
+    return str(inspect.Signature(parameters))
+
+
+def _documentation(function):
+    text = inspect.getdoc(function)
+    text = text.split("\n>>> ")[0].rstrip() if text else ""
+    return textwrap.indent(text, "        ").splitlines()
+
+
+def _sample(operation):
+    """Shapes and types of the first sample's inputs and outputs."""
+    sample = operation.samples(generator(operation, 0))[0]
+    lines = ["As the kit's first case calls it:"]
+    for name, value in zip(operation.arguments, sample.inputs):
+        lines.append(f"    {name:12} {_kind(value)}")
+    lines += [f"    {name + '=':12} {_kind(value)}" for name, value in sample.attributes.items()]
+    outputs = operation.f(*sample.inputs, **sample.attributes)
+    for number, value in enumerate(outputs if isinstance(outputs, tuple) else (outputs,)):
+        lines.append(f"    {'->' if not number else '':12} {_kind(np.asarray(value))}")
+    return lines
+
+
+def _kind(value):
+    return f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else repr(value)
+
+
+def _joints():
+    """The layout of the 66 numbers, and which rows the feet and bones are."""
+    lines = ["The 66 numbers of a frame: x, y, z (sideways, up, forward) of 21 joints in the file's unit of length,",
+             f"then row {TURN} turn (radians a frame), row {FORWARD} forward and row {SIDEWAYS} sideways (length a frame).",
+             "Joints, three rows each:"]
+    lines += textwrap.wrap(", ".join(f"{j} {slot}" for j, slot in enumerate(SLOTS)), 96,
+                           initial_indent="    ", subsequent_indent="    ")
+    lines += ["Feet (rows of contacts): " + ", ".join(f"{j} {SLOTS[j]}" for j in FEET), "Bones (order of lengths):"]
+    lines += textwrap.wrap(", ".join(f"{a}-{b}" for a, b in BONES), 96, initial_indent="    ",
+                           subsequent_indent="    ")
+    return lines
