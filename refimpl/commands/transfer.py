@@ -22,7 +22,7 @@ def add_commands(commands):
     command.add_argument("--raw", action="store_true", help="what the method gives as it is, jitter and sliding feet included")
     command.add_argument("--no-projection", action="store_true", help="T(I) alone, without the manifold projection P")
     command.add_argument("--own-pace", action="store_true", help="walk the content's path as fast as the result's feet step")
-    command.add_argument("--plot", metavar="OUT.png", type=OutputPath, help="draw content and result as in the paper's figure 3")
+    command.add_argument("--plot", metavar="OUT.png", type=OutputPath, help="draw content and result, a pose at a time, from the side")
     command.add_argument("--animate", metavar="OUT.html", type=OutputPath, help="an animation of content and result for a browser")
     command.add_argument("--json", metavar="FILE", type=OutputPath, help="write what was done as JSON")
     command.add_argument("--method", choices=("network", "optimise"), default="network", help="(default: %(default)s)")

@@ -7,7 +7,8 @@ A rival (`rivals`) explains a failure when
 - the rival is far from the reference there, by a thousand bounds: where both agree nothing can be told.
 
 It is named for a function when it contradicts none of the function's failures and explains at least
-one; where several do, all are named. A function that gives other bits on a second call follows none.
+one; where several do, all are named. Failures in which it is too near the reference to tell get the
+name only if no other rival has a claim. A function that gives other bits on a second call follows none.
 """
 
 from collections.abc import Iterable
@@ -35,7 +36,7 @@ def conventions(failures: Iterable) -> dict[str, str]:
         fits = {label: [_fit(rival, o) for o in valued] for label, rival in RIVALS.get(function, ())}
         able = {label: fit for label, fit in fits.items() if "contradicts" not in fit and "explains" in fit}
         for number, o in enumerate(valued):
-            labels = [label for label, fit in able.items() if fit[number] == "explains"]
+            labels = [label for label, fit in able.items() if fit[number] == "explains" or len(able) == 1]
             if labels:
                 named[o.case.id] = " or ".join(labels)
     return named

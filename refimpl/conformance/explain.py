@@ -27,8 +27,9 @@ def explain(operation: Operation) -> list[str]:
     if operation.name in MOTION:
         lines += ["", *_joints()]
     lines += ["", "How near: " + ", ".join(f"{TOLERANCES[p] * operation.tolerance:g} in {p}" for p in operation.precisions)
-              + ", of the largest element of each output, unless the backend declares its own;",
-              "in float32 more where terms cancel. An answer has the precision of its inputs."]
+              + ", of the largest element of each output, unless the backend declares its own"
+              + ("; in float32 more where terms cancel." if "float32" in operation.precisions else "."),
+              "An answer has the precision of its inputs."]
     for function in (operation.name, f"{operation.name}_backward"):
         if function in RIVALS:
             lines += [f"Conventions of others that {function} is held against:"]

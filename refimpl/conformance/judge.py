@@ -265,12 +265,15 @@ def _same_bits(case, backend):
     kept = [None if a is None else a.copy() for a in first]
     for arguments, attributes in case.others:
         ask(backend.functions[case.function], arguments, attributes)
-    for when, outputs in (("in the arrays of the first answer after other calls (a buffer used twice?)", first),
-                          ("on a second call with the same arguments", _call(case, backend))):
-        for number, (a, b) in enumerate(zip(kept, outputs)):
-            if a is not None and (a.shape != b.shape or a.tobytes() != b.tobytes()):
-                raise Difference(f"{_output_name(case, number)}: found other bits {when}",
-                                 "other bits", "the same bits on every call")
+    _compare_bits(case, kept, first, "in the arrays of the first answer after other calls (a buffer used twice?)")
+    _compare_bits(case, kept, _call(case, backend), "on a second call with the same arguments")
+
+
+def _compare_bits(case, kept, found, when):
+    for number, (a, b) in enumerate(zip(kept, found)):
+        if a is not None and (b is None or a.shape != b.shape or a.tobytes() != b.tobytes()):
+            raise Difference(f"{_output_name(case, number)}: found other bits {when}", "other bits",
+                             "the same bits on every call")
 
 
 def _own_memory(case, backend):

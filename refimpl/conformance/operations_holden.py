@@ -15,47 +15,77 @@ T_NAMES = ("W1", "b1", "W2", "b2", "W3", "b3")
 # The reference, with dicts of parameters spelled out.
 
 def encode(X, W0, b0):
+    """Equation 1, hidden units of the loss network:   H = relu(max_pool(X * W0 + b0, 2))
+
+    X : (N, C, T) normalised motion, W0 : (m, C, K), b0 : (m,)  ->  (N, m, T // 2)
+    """
     return networks.encode(X, {"W0": W0, "b0": b0})
 
 
 def encode_backward(dH, X, W0, b0):
+    """dH : (N, m, T // 2)  ->  dX (N, C, T), dW0 (m, C, K), db0 (m,)"""
     dX, g = networks.encode_backward(dH, X, {"W0": W0, "b0": b0})
     return dX, g["W0"], g["b0"]
 
 
 def decode(H, W0, b0):
+    """Equation 2, back to motion with the same filters:   X = conv_transpose1d(avg_depool1d(H, 2) - b0, W0)
+
+    H : (N, m, U), W0 : (m, C, K), b0 : (m,)  ->  (N, C, 2 U)
+    """
     return networks.decode(H, {"W0": W0, "b0": b0})
 
 
 def decode_backward(dX, H, W0, b0):
+    """dX : (N, C, 2 U)  ->  dH (N, m, U), dW0 (m, C, K), db0 (m,)"""
     dH, g = networks.decode_backward(dX, H, {"W0": W0, "b0": b0})
     return dH, g["W0"], g["b0"]
 
 
 def autoencoder_loss(X, W0, b0, *, alpha=0.01, mean=True):
+    """Equation 3:   || X - decode(encode(X)) ||^2 + alpha || W0, b0 ||_1
+
+    X : (N, C, T), T even, W0 : (m, C, K), b0 : (m,);  mean : both sums divided by their numbers of elements
+    (as trained here), False as printed   ->  scalar
+    """
     return networks.autoencoder_loss(X, {"W0": W0, "b0": b0}, alpha=alpha, mean=mean)
 
 
 def autoencoder_loss_backward(dloss, X, W0, b0, *, alpha=0.01, mean=True):
+    """dloss : scalar  ->  dX (N, C, T), dW0 (m, C, K), db0 (m,)"""
     dX, g = networks.autoencoder_loss_backward(dloss, X, {"W0": W0, "b0": b0}, alpha=alpha, mean=mean)
     return dX, g["W0"], g["b0"]
 
 
 def transform(X, *arrays):
+    """The network T:   conv1d(relu(conv1d(relu(conv1d(X, W1, b1)), W2, b2)), W3, b3), padding "same"
+
+    X : (N, C, T), W1 : (c1, C, K), b1 : (c1,), W2 : (c2, c1, K), b2 : (c2,), W3 : (C, c2, K), b3 : (C,)  ->  (N, C, T)
+    """
     return networks.transform(X, dict(zip(T_NAMES, arrays)))
 
 
 def transform_backward(dY, X, *arrays):
+    """dY : (N, C, T)  ->  dX (N, C, T) and a gradient for each of W1, b1, W2, b2, W3, b3"""
     dX, g = networks.transform_backward(dY, X, dict(zip(T_NAMES, arrays)))
     return (dX, *(g[name] for name in T_NAMES))
 
 
 def total_loss(*arrays, I, hidden, gram, contacts, bones, trajectory, W0, b0, mean, deviation):
+    """Equation 10 of T(I): the mean over the clips of content + style + foot + bone + trajectory, with the weights
+    1, 0.06, 0.01, 0.001 and 0.5, and 10,000 squared lengths for a squared radian of turning.
+
+    W1 ... b3 : of T, as for `transform`;  I : (N, 66, T) normalised motion;  hidden : (N, m, T // 2), encode(I) as equation 4
+    compares it;  gram : (N, m, m), the style's Gram matrices;  contacts : (N, 4, T) of 0 and 1;  bones : (20,) lengths;
+    trajectory : (N, 3, T) turning (radians a frame), forward and sideways velocity (length a frame);  W0, b0 : of the loss
+    network;  mean, deviation : (66,), motion = T(I) deviation + mean for equations 7 to 9   ->  scalar
+    """
     target = total.Target(hidden, gram, contacts, bones, trajectory)
     return total.total_loss(dict(zip(T_NAMES, arrays)), I, target, {"W0": W0, "b0": b0}, mean, deviation)[0]
 
 
 def total_loss_backward(dloss, *arrays, I, hidden, gram, contacts, bones, trajectory, W0, b0, mean, deviation):
+    """dloss : scalar  ->  a gradient for each of W1, b1, W2, b2, W3, b3; everything else is a constant"""
     target = total.Target(hidden, gram, contacts, bones, trajectory)
     g = total.total_loss_backward(dloss, dict(zip(T_NAMES, arrays)), I, target, {"W0": W0, "b0": b0}, mean, deviation)
     return tuple(g[name] for name in T_NAMES)

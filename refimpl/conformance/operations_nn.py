@@ -3,6 +3,8 @@
 import numpy as np
 
 from .. import nn
+from ..nn.adam import STEPS
+from ..nn.arguments import check_whole
 from . import definitions as by_definition
 from .record import Bad, Operation, Sample
 
@@ -154,7 +156,11 @@ def error_bad():
 
 
 def adam_step(p, g, m, v, *, t, rate=1e-3, beta1=0.9, beta2=0.999, epsilon=1e-8):
-    """`nn.adam_step` of one array; t counts this step, m and v are the moments before it.   ->  p, m, v"""
+    """One step of algorithm 1 for one array; t, from 1 on, counts this step, m and v are the moments before it.
+
+    p, g, m, v : one shape  ->  p, m, v of that shape
+    """
+    check_whole("t", t, 1, STEPS)
     new, state = nn.adam_step({"p": p}, {"p": g}, {"t": t - 1, "m": {"p": m}, "v": {"p": v}}, rate=rate, beta1=beta1, beta2=beta2, epsilon=epsilon)
     return new["p"], state["m"]["p"], state["v"]["p"]
 
@@ -172,6 +178,12 @@ def adam_samples(rng):
             Sample("zero gradients", (n(4), np.zeros(4), np.zeros(4), np.zeros(4)), {"t": 1}),
             Sample("mixed sizes", (n(6), mixed, 0.1 * mixed, 0.001 * mixed ** 2), {"t": 2}),
             Sample("other settings", (n(4), n(4), n(4), n(4) ** 2), {"t": 3, "rate": 0.1, "beta1": 0.5, "beta2": 0.9, "epsilon": 1e-3})]
+
+
+def adam_bad():
+    arrays = (np.ones(3), np.ones(3), np.zeros(3), np.zeros(3))
+    return [Bad(label, arrays, {"t": t}, "t") for label, t in (("the step before the first", 0), ("half a step", 0.5),
+                                                              ("more steps than can be counted", 10 ** 400))]
 
 
 def _simple(name, arguments, samples, bad=list, equation="", batched=(0,)):
@@ -197,5 +209,5 @@ OPERATIONS = (
     _simple("l1", ("a",), l1_samples, equation="equation 3", batched=()),
     _simple("squared_error", ("x", "y"), error_samples, error_bad, "equation 3", ()),
     _simple("absolute_error", ("x", "y"), absolute_error_samples, error_bad, batched=()),
-    Operation("adam_step", ("p", "g", "m", "v"), adam_step, None, adam_definition, adam_samples, list, (), equation="Kingma and Ba, algorithm 1"),
+    Operation("adam_step", ("p", "g", "m", "v"), adam_step, None, adam_definition, adam_samples, adam_bad, (), equation="Kingma and Ba, algorithm 1"),
 )

@@ -1,4 +1,4 @@
-"""The reference against itself would prove nothing. Here it is held against a second derivation and against instruments that know no derivation:
+"""The reference against itself would tell nothing. Here it is held against a second derivation and against instruments that know no derivation:
 
 - values: the fast form against `definitions`, which spell the formula out element by element;
 - gradients: the hand-written backward against the complex step or Richardson differences *of the definition*;

@@ -53,8 +53,9 @@ def floor_height(positions):
 
         floor = sum_t w_t h_t / sum_t w_t,    w_t = exp(-(h_t - min h) / s),    s = 1 % of the leg's length
 
-    A single frame below the rest, a stumble of the capture, moves it little. It does not depend on the unit or the clip's length
-    (the 2016 code's form, min - log(1/2 + exp(min - max)), depends on the unit).
+    A frame that lies lower than the rest by 1 % of a leg or less moves it little; one that lies lower by more takes the floor with
+    it, whatever the others say (a rest pose as first row, a stumble of the capture). It does not depend on the unit or the clip's
+    length (the 2016 code's form, min - log(1/2 + exp(min - max)) of the lower toe, depends on the unit).
 
     positions : (T, 21, 3), y up  ->  float
     """

@@ -2,7 +2,8 @@ r"""The clean-up that the paper leaves to "a fast post process": planted feet st
 
 1. Every stretch of frames in which an ankle or a toe is planted gets one point to stay at (`locks`); an ankle's and a toe's that
    meet are as far apart as the foot is long.
-2. The feet go there and, before and after, blend back into what they did (`foot_targets`); no toe below the floor.
+2. The feet go there and, before and after, blend back into what they did (`foot_targets`); no free foot's toe
+   goes below the floor (under a locked heel it may: nothing lifts it there).
 3. Where a leg is too short, the whole body sinks, ahead of time and smoothly (`sink`).
 4. Thigh and shin reach the ankle by the law of cosines, the knee on the side where it was (`two_bone`).
 

@@ -76,8 +76,11 @@ class Normaliser:
 
 
 def fit_normaliser(features, source):
-    """One common deviation for all positions, one for the two translational velocities, one for the turning velocity, so that no
-    joint that hardly moves is blown up; velocities keep a mean of zero, so that standing still stays zero.
+    """One common standard deviation for all positions, one for the two translational velocities, one for the turning velocity, so
+    that no joint that hardly moves is blown up; velocities keep a mean of zero, so that standing still stays zero.
+
+    A choice. The 2016 code takes one number, the standard deviation of all its numbers together, in which the distances between the
+    joints count: 44.9 cm on the clips for which this function finds 10.05, so that hidden units come out smaller there.
 
     features : (T, 66) all training frames together; source : a name for them  ->  Normaliser
     """

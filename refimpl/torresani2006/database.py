@@ -139,8 +139,9 @@ def blend_inputs(c, e, pairs, alpha):
 def train(database, kind="kernel ridge", *, blends=BLENDS, components=COMPONENTS, seed=0, report=None):
     """Fit f on blends of the database and on its fragments, which are blends with alpha 0 or 1.   ->  StyleModel, Projection
 
-    An analyst's labels cover the fragments alone: then the blends take the labels' interpolation plus what the computed observer sees
-    beside its own interpolation (a choice; label the blends too where you can).
+    blends : how many, 400 unless given (Table 1 has the paper's 105). An analyst's labels cover the fragments alone; the paper's
+    expert labelled the blends too, for which there is no way in yet. Here the blends take the labels' interpolation plus what the
+    computed observer sees beside its own interpolation (a choice).
     """
     rng = np.random.default_rng([seed, 3])
     made = random_blends(database, blends, rng, report)
