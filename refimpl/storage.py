@@ -16,6 +16,7 @@ import os
 from pathlib import Path
 import stat
 import struct
+import sys
 import tempfile
 import tokenize
 from typing import IO, Any
@@ -83,17 +84,27 @@ def check_writable(path: str | Path) -> None:
 
 def is_special(path: str | Path) -> bool:
     """Whether something stands there that is no plain file: a pipe, a device, an open descriptor."""
-    step, steps = os.path.abspath(path), 0
-    while steps < 40:
-        if step.startswith(("/dev/fd/", "/proc/")) or step in ("/dev/stdout", "/dev/stderr"):
-            return True                                          # what the shell opened, even if it is a file
-        if not os.path.islink(step):
-            break
-        step, steps = os.path.join(os.path.dirname(step), os.readlink(step)), steps + 1
+    if _descriptor(path) is not None:
+        return True                                              # what the shell opened, even if it is a file
     try:
         return not stat.S_ISREG(os.stat(path).st_mode)
     except OSError:
         return False
+
+
+def _descriptor(path):
+    """The number of the open descriptor that a path like /dev/stdout or a link to it means, or None."""
+    step = os.path.abspath(path)
+    for _ in range(40):
+        if step in ("/dev/stdout", "/dev/stderr"):
+            return 1 + (step == "/dev/stderr")
+        folder, name = os.path.split(step)
+        if folder in ("/dev/fd", "/proc/self/fd", f"/proc/{os.getpid()}/fd") and name.isdigit():
+            return int(name)
+        if not os.path.islink(step):
+            return None
+        step = os.path.abspath(os.path.join(folder, os.readlink(step)))
+    return None
 
 
 def _target(path):
@@ -138,7 +149,10 @@ def atomic_write(path: str | Path, mode: str = "w") -> Iterator[IO]:
     target = _target(path)
     text: dict[str, Any] = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
     if is_special(path):
-        with named(path), open(path, mode, **text) as file:
+        number = _descriptor(path)
+        if number is not None:                                   # at the place where what was printed before ends
+            sys.stdout.flush()
+        with named(path), open(path if number is None else os.dup(number), mode, **text) as file:
             yield file
         return
     if identity(target) in _protected.get():

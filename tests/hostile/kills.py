@@ -1,4 +1,4 @@
-"""Kill training with SIGKILL at random moments, resume it, and compare with a run that nobody disturbed. `python -m tests.hostile.kills 50`"""
+"""Kill training with SIGKILL after a random number of epochs, resume it, and compare with a run that nobody disturbed. `python -m tests.hostile.kills 50`"""
 
 import os
 from pathlib import Path
@@ -7,8 +7,8 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 
+from refimpl.holden2017.checkpoint import VERSION
 from refimpl.holden2017.model import load_manifold, load_style
 from refimpl.motion import bvh, synthetic
 from refimpl.storage import FormatError, load_npz
@@ -40,16 +40,17 @@ def run(words):
     return subprocess.run([sys.executable, "-m", "refimpl", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode
 
 
-def run_and_kill(words, seconds):
-    """Run a command and kill it after some time.   ->  whether it was still running"""
-    process = subprocess.Popen([sys.executable, "-m", "refimpl", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
-    try:
-        process.wait(timeout=seconds)
-        return False
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-        return True
+def run_and_kill(words, epochs):
+    """Run a command and kill it as soon as it has told of so many epochs.   ->  whether it was still running"""
+    process = subprocess.Popen([sys.executable, "-m", "refimpl", *words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                               start_new_session=True)
+    with process.stderr:
+        for line in process.stderr:
+            epochs -= line.startswith("epoch ")
+            if epochs == 0:
+                os.killpg(process.pid, signal.SIGKILL)
+                break
+    return process.wait() == -signal.SIGKILL
 
 
 def corrupt_files(folder):
@@ -58,7 +59,7 @@ def corrupt_files(folder):
     for path in folder.glob("killed-*"):
         try:
             if path.name.endswith(".checkpoint"):
-                load_npz(path, "checkpoint", 1, ())
+                load_npz(path, "checkpoint", VERSION, ())
             else:
                 (load_manifold if "manifold" in path.name else load_style)(path)
         except FormatError:
@@ -72,12 +73,9 @@ def campaign(folder, kills, epochs=60, seed=0):
     for words in commands(folder, "whole", epochs):
         assert run(words) == 0
     rng, made, under_way, finished, corrupt, differing = random.Random(seed), 0, 0, 0, [], []
-    began = time.monotonic()
-    run(commands(folder, "timed", epochs)[0])
-    length = time.monotonic() - began                            # of an undisturbed run, start-up and all
     while made < kills:
         for words in commands(folder, "killed", epochs):
-            while made < kills and run_and_kill([*words, "--resume"], rng.uniform(0.3, 0.9) * length):
+            while made < kills and run_and_kill([*words, "--resume"], rng.randint(1, max(1, epochs // 3))):
                 made += 1
                 under_way += Path(f"{words[words.index('-o') + 1]}.checkpoint").exists()
                 corrupt += corrupt_files(folder)

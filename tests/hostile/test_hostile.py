@@ -15,7 +15,7 @@ import pytest
 import refimpl
 from refimpl.cli import main
 from refimpl.holden2017.checkpoint import fingerprint, load_checkpoint, save_checkpoint
-from refimpl.holden2017.train import Record, start_state
+from refimpl.holden2017.train import Record, State, start_state
 from refimpl.motion import bvh, synthetic
 from refimpl.motion.bvh import BVHError
 from refimpl.storage import FormatError, atomic_write, load_npz, save_npz
@@ -53,14 +53,16 @@ def test_the_same_seed_gives_the_same_bytes(tmp_path):
 
 
 def test_a_checkpoint_of_another_run_is_refused(tmp_path, capsys):
-    state = start_state({"W0": np.ones((1, 2, 3), np.float32)})
+    fresh = start_state({"W0": np.ones((1, 2, 3), np.float32)})
+    state = State(fresh.params, {**fresh.adam, "t": 4}, 1)
     records = [Record(1, {"loss": 0.5}, 1.0, 2.0)]
     save_checkpoint(tmp_path / "c", state, records, fingerprint({"seed": 1}))
-    again, told = load_checkpoint(tmp_path / "c", fingerprint({"seed": 1}))
-    assert told == records and again.epoch == 0 and np.array_equal(again.params["W0"], state.params["W0"])
+    again, told, exact = load_checkpoint(tmp_path / "c", fingerprint({"seed": 1}), fresh.params, 9)
+    assert exact and told == records and (again.epoch, again.adam["t"]) == (1, 4) and np.array_equal(again.params["W0"], state.params["W0"])
     with pytest.raises(FormatError, match="other settings"):
-        load_checkpoint(tmp_path / "c", fingerprint({"seed": 2}))
-    assert fingerprint({}, np.zeros(2)) != fingerprint({}, np.zeros(3)) != fingerprint({}, np.zeros(3, np.float32))
+        load_checkpoint(tmp_path / "c", fingerprint({"seed": 2}), fresh.params, 9)
+    words = [fingerprint({}, np.zeros(*shape)).settings for shape in ((2,), (3,), (3, np.float32))]
+    assert len(set(words)) == 3
 
 
 def test_a_training_that_breaks_keeps_its_checkpoint_and_names_the_batch(tmp_path, capsys):
