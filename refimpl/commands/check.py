@@ -12,9 +12,8 @@ from ..conformance import OPERATIONS, cases, judge_all, load_backend, reference
 from ..conformance.backend import nearest, read_expected_failures
 from ..conformance.explain import explain
 from ..conformance.golden import export, read_folder
-from ..conformance.judge import verdict
 from ..conformance.prove import prove
-from ..conformance.report import failures, last_line, misspelt, proof_table, row, table, write_junit
+from ..conformance.report import failures, last_line, misspelt, proof_table, row, table, verdict, write_junit
 from .options import InputFolder, InputPath, OutputFolder, OutputPath, whole, write_report
 
 EXIT = """Exit status: 0 everything that ran agrees; 1 something is wrong, follows another convention or

@@ -120,22 +120,6 @@ def _is_refusal(outcome, answered):
     return isinstance(outcome.error, REFUSALS) and bool(special) and case.function in answered
 
 
-def verdict(outcomes, required=()) -> str:
-    """"agrees", "disagrees" or "nothing checked".
-
-    required : functions that must be offered and take exactly what the reference takes
-    """
-    ran = [o for o in outcomes if o.grade != "not offered"]
-    if not ran:
-        return "nothing checked"
-    for o in outcomes:
-        strict = o.case.function in required
-        bad = o.grade in ("wrong", "convention", "undecidable") or (strict and o.grade != "agrees")
-        if o.status == "xpassed" or (bad and o.status != "xfailed"):
-            return "disagrees"
-    return "agrees"
-
-
 def _try(case, backend, answer):
     if case.kind == "refused":
         return _refused(case, backend)

@@ -53,6 +53,22 @@ def failures(outcomes, most=10):
     return lines + (["", "skipped, not offered by the backend: " + ", ".join(absent)] if absent else [])
 
 
+def verdict(outcomes, required=()) -> str:
+    """"agrees", "disagrees" or "nothing checked".
+
+    required : functions that must be offered and take exactly what the reference takes
+    """
+    ran = [o for o in outcomes if o.grade != "not offered"]
+    if not ran:
+        return "nothing checked"
+    for o in outcomes:
+        strict = o.case.function in required
+        bad = o.grade in ("wrong", "convention", "undecidable") or (strict and o.grade != "agrees")
+        if o.status == "xpassed" or (bad and o.status != "xfailed"):
+            return "disagrees"
+    return "agrees"
+
+
 def misspelt(backend):
     """A line for each name in a backend that is no operation.   ->  list of str"""
     return [f"{backend.name}: {name!r} is no operation and was not judged"
