@@ -37,8 +37,8 @@ def add_commands(commands):
                        help="patterns of case ids that are known to fail, one a line")
     check.add_argument("--operations", metavar="A,B", help="only these operations (default: all)")
     check.add_argument("--require", metavar="A,B|all",
-                       help="operations or functions that must be offered, and take neither more nor less "
-                            "than the reference")
+                       help="functions that must be offered (gram, gram_backward ...), and take neither more nor "
+                            "less than the reference")
     check.add_argument("--seed", type=whole(0), metavar="N", help="of the random inputs (default: 0)")
     check.add_argument("--explain", metavar="OPERATION",
                        help="print an operation's arguments, shapes, units, defaults and conventions, and stop")
@@ -63,7 +63,7 @@ def run_check(arguments):
                              "leave it out")
         return _judge(arguments, *_golden_cases(arguments.golden, operations))
     seed = arguments.seed or 0
-    if not arguments.backend:
+    if arguments.backend is None:
         return _prove(arguments, seed, operations)
     return _judge(arguments, cases(seed=seed, operations=operations), [])
 
@@ -97,17 +97,17 @@ def _required(text, chosen):
         return set()
     found = set()
     for name in names:
-        functions = there if name == "all" else {f for f in there if f in (name, f"{name}_backward")}
+        functions = there if name == "all" else {name} & there
         if not functions:
             near = nearest(name, there)
-            raise ValueError(f"--require: found {name!r}, needed all, or an operation or function that is "
-                             "judged here" + (f"; do you mean {near}?" if near else ""))
+            raise ValueError(f"--require: found {name!r}, needed all, or a function that is judged here"
+                             + (f"; do you mean {near}?" if near else ""))
         found |= functions
     return found
 
 
 def _judge(arguments, chosen, complaints):
-    backend = load_backend(arguments.backend) if arguments.backend else reference()
+    backend = load_backend(arguments.backend) if arguments.backend is not None else reference()
     patterns = read_expected_failures(arguments.xfail) if arguments.xfail is not None else ()
     required = _required(arguments.require, chosen) if chosen or not complaints else set()
     outcomes = list(judge_all(backend, chosen, patterns))

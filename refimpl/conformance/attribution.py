@@ -79,7 +79,18 @@ def _fit(rival, outcome) -> str:
 def _bounds(case):
     if case.exact:
         return (1e-15,) * len(case.expected)
-    return tuple(ROUNDING[case.precision] * case.operation.tolerance + slack for slack in case.slacks)
+    return tuple(ROUNDING[case.precision] * f + slack for f, slack in zip(case.allowances, case.slacks))
+
+
+def as_good(outcome) -> str:
+    """What an answer follows that is another one than the reference's and as good, "" where it is not."""
+    case = outcome.case
+    if case.operation.same is None or outcome.answer is None or outcome.grade != "wrong":
+        return ""
+    try:
+        return case.operation.same(outcome.answer, *case.fresh())
+    except (ValueError, TypeError, IndexError):
+        return ""
 
 
 def _same_kind(got, ours, precision):

@@ -120,7 +120,7 @@ def as_backend(thing: Any, name: str = "backend", loaded: bool = False) -> Backe
     for key, value in functions.items():
         if not callable(value):
             raise BackendError(f"{name}: found {key} of type {type(value).__name__}, needed a callable")
-    misspelt = tuple((key, nearest(key, known)) for key in unknown)
+    misspelt = tuple((key, nearest(key, [*known, "tolerances"])) for key in unknown)
     if not functions:
         meant = [f"{key!r} (do you mean {near}?)" if near else repr(key) for key, near in misspelt[:8]]
         raise BackendError(f"{name}: found no operation among {', '.join(meant) or 'nothing callable'}, "

@@ -30,7 +30,7 @@ class Case:
     exact : a rule decides, nothing is rounded;  slack : for each output, how much of its largest
     element it moves when the inputs move by float32's last digit, where terms cancel
     others : ((arguments, attributes), ...) of other valid calls, to be asked in between
-    seed : of the inputs;  folder : of the golden vectors that it was read from, if it was
+    factors : on the tolerance of each output;  seed : of the inputs;  folder : of the golden vectors that it was read from, if it was
     """
 
     id: str
@@ -47,6 +47,7 @@ class Case:
     seed: int = 0
     folder: str = ""
     single: bool = False
+    factors: tuple = ()
 
     def __str__(self) -> str:
         return self.id
@@ -60,6 +61,12 @@ class Case:
     @property
     def precision(self) -> str:
         return "float32" if self.kind == "float32" or self.single else "float64"
+
+    @property
+    def allowances(self) -> tuple[float, ...]:
+        """The factor on the tolerance for every output."""
+        count = len(self.expected or ())
+        return tuple(self.operation.tolerance * f for f in self.factors or (1.0,) * count)
 
     @property
     def slacks(self) -> tuple[float, ...]:
@@ -165,7 +172,8 @@ def _values(operation, sample, rng, seed):
     for what, name, reference, arguments, known in _calls(operation, sample, rng):
         expected = known or as_tuple(reference(*arguments, **sample.attributes))
         found.append(Case(f"{operation.name}/{sample.label}/{what}/float64", operation, name, "float64",
-                          arguments, sample.attributes, expected, exact=not sample.smooth, seed=seed))
+                          arguments, sample.attributes, expected, exact=not sample.smooth,
+                          factors=sample.factors, seed=seed))
         if sample.smooth and "float32" in operation.precisions:
             small = cast(arguments, np.float32)
             attributes = _cast_attributes(sample.attributes, np.float32)
@@ -207,7 +215,8 @@ def _layouts(operation, sample, rng, seed):
     for what, name, reference, arguments, _ in _calls(operation, sample, rng):
         expected = as_tuple(reference(*arguments, **sample.attributes))
         found += [Case(f"{operation.name}/{sample.label}/{what}/{layout}", operation, name, layout,
-                       arguments, sample.attributes, expected, seed=seed) for layout in LAYOUTS]
+                       arguments, sample.attributes, expected, factors=sample.factors, seed=seed)
+                  for layout in LAYOUTS]
     return found
 
 

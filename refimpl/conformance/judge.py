@@ -13,7 +13,7 @@ import numpy as np
 
 from . import attribution
 from .backend import Backend, NoAnswer, as_backend, ask, is_expected_failure
-from .record import relative_difference
+from .record import PythonNumber, relative_difference
 
 EXACT = 1e-15                                                    # where a rule decides and nothing is rounded
 REFUSALS = (ValueError, TypeError, NotImplementedError)          # how a library says that it does not take something
@@ -97,7 +97,7 @@ def _weighed(outcomes, backend):
     named = attribution.conventions([o for o in outcomes if o.grade == "wrong"])
     found = []
     for o in outcomes:
-        rival = named.get(o.case.id, "")
+        rival = named.get(o.case.id, "") or attribution.as_good(o)
         if o.grade == "wrong" and o.error is not None and _is_refusal(o, answered):
             o = replace(o, grade="stricter")
         elif rival:
@@ -155,8 +155,8 @@ def bounds(case, backend: Backend) -> tuple[float, ...]:
     """How far each output may be off, in units of its largest element."""
     if case.exact:
         return (EXACT,) * len(case.expected)
-    factor, declared = case.operation.tolerance, backend.tolerances[case.precision]
-    return tuple(declared * factor + slack for slack in case.slacks)
+    declared = backend.tolerances[case.precision]
+    return tuple(declared * factor + slack for factor, slack in zip(case.allowances, case.slacks))
 
 
 def compare(found, case, allowed):
@@ -188,6 +188,8 @@ def _output_name(case, number):
 
 def right_type(got, wanted, precision) -> bool:
     """Whether an output has the precision asked for, or whole numbers where these are wanted."""
+    if isinstance(got, PythonNumber) and wanted.dtype.kind == "f" and wanted.ndim == 0:
+        return True                                              # it has no precision of its own
     dtype = np.dtype(precision) if wanted.dtype.kind == "f" else wanted.dtype
     return got.dtype == dtype or (dtype.kind in "iu" and got.dtype.kind in "iu")
 

@@ -11,7 +11,7 @@ class Sample:
 
     inputs : arrays (None where one is left out);  attributes : keyword arguments;  smooth : whether the gradient can be measured (no tie, no
     kink, no NaN here);  known : {"outputs": tuple, "upstream": array, "gradients": tuple} worked by hand, where a rule and not the
-    mathematics decides.
+    mathematics decides;  factors : on the tolerance of each output, beyond the operation's own (searches that others end earlier).
     """
 
     label: str
@@ -19,6 +19,7 @@ class Sample:
     attributes: dict = field(default_factory=dict)
     smooth: bool = True
     known: dict = None
+    factors: tuple = ()
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,8 @@ class Operation:
     """One operation of the reference.
 
     name : what a backend calls it; its gradient is name + "_backward";  arguments : names of the inputs;  f, backward : the reference;
-    definition : the same mathematics derived a second time, slow and plain, float64 or complex;  samples : rng -> list of Sample;
+    definition : the same mathematics derived a second time, slow and plain, float64 or complex;  same : (outputs found, arguments,
+    attributes) -> whether they answer the question as well as the reference's (a tie that a rule decides), "" or what they follow;  samples : rng -> list of Sample;
     bad : () -> list of Bad;  batched : inputs whose first axis is the batch;  tolerance : factor on a backend's tolerance (long sums, searches);
     precisions : that it is tried in;  backward : None where there is no gradient.
     """
@@ -52,12 +54,18 @@ class Operation:
     tolerance: float = 1.0
     precisions: tuple = ("float64", "float32")
     equation: str = ""
+    same: callable = None
+
+
+class PythonNumber(np.ndarray):
+    """What was a Python float: a number without a precision of its own."""
 
 
 def as_tuple(result):
     """The outputs of a function, or the gradients of a backward, as a tuple of arrays; None is kept."""
     parts = result if isinstance(result, (tuple, list)) else (result,)
-    return tuple(None if part is None else np.asarray(part) for part in parts)
+    return tuple(None if part is None else np.asarray(part).view(PythonNumber) if type(part) is float else np.asarray(part)
+                 for part in parts)
 
 
 def cast(inputs, dtype):

@@ -15,7 +15,7 @@ from ..motion.footing import floor_penetration, foot_skate, jerk
 from ..motion.joints import BONES, JOINTS
 from ..motion.take import read_take
 from .judges import fit_judge, frechet_distance, gram_vectors, joint_vectors
-from .measure import content_distance, path_error, style_distance
+from .measure import content_distance, style_distance
 from .optimise import Settings, optimise
 from .transfer import onto_skeleton, project_features, stylise, transfer
 

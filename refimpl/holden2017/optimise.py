@@ -29,7 +29,7 @@ import numpy as np
 
 from .. import nn
 from ..motion.dataset import to_scale
-from ..motion.features import TRANSLATION, VELOCITIES
+from ..motion.features import VELOCITIES
 from . import losses
 from .networks import decode, decode_backward_to_input, encode
 from .total import Target, Weights, column, constraint_losses, constraint_losses_backward, denormalise

@@ -9,13 +9,15 @@ import numpy as np
 from .arguments import check_arrays, check_shape, check_whole
 
 VARIANTS = ("kingma-ba", "epsilon-hat", "no-bias-correction")
-STEPS = 2 ** 53                                                  # a count that a float holds exactly
+STEPS = 2 ** 53                                                 # a count that a float holds exactly
 
 Arrays = Mapping[str, np.ndarray]
 
 
 def adam_start(params: Arrays) -> dict[str, Any]:
-    """The state before the first step: t = 0, both moments zero.   params : {name: array}  ->  dict of t, m, v
+    """The state before the first step: t = 0, both moments zero.
+
+    params : {name: array}  ->  dict of t, m, v
 
     >>> adam_start({"w": np.ones(2)})
     {'t': 0, 'm': {'w': array([0., 0.])}, 'v': {'w': array([0., 0.])}}
@@ -34,7 +36,8 @@ def adam_step(params: Arrays, gradients: Arrays, state: Mapping[str, Any], *, ra
         t <- t + 1
         m <- beta1 m + (1 - beta1) g                        mean of the gradients
         v <- beta2 v + (1 - beta2) g^2                      mean of their squares
-        p <- p - rate * m_hat / (sqrt(v_hat) + epsilon),    m_hat = m / (1 - beta1^t),  v_hat = v / (1 - beta2^t)
+        p <- p - rate * m_hat / (sqrt(v_hat) + epsilon),
+             m_hat = m / (1 - beta1^t),  v_hat = v / (1 - beta2^t)
 
     g^2 is multiplied from the left and the root taken before the correction, so that the largest
     gradients do not overflow on the way: in float32 up to 5e20 instead of 2e19.
@@ -72,6 +75,11 @@ def adam_update(params: Arrays, gradients: Arrays, state: dict[str, Any], *, rat
 
     For long training: it allocates nothing large, and goes through the arrays in pieces that stay
     in the processor's cache.
+
+    >>> params = {"w": np.array([1.0])}
+    >>> adam_update(params, {"w": np.array([5.0])}, adam_start(params), rate=0.1)
+    >>> params["w"].round(6)
+    array([0.9])
     """
     _check(params, gradients, state, "kingma-ba", rate=rate, beta1=beta1, beta2=beta2,
            epsilon=epsilon)

@@ -1,4 +1,5 @@
-"""Checks of arguments: an error names the argument, what was found, what was needed and the likely fix."""
+"""Checks of arguments: an error names the argument, what was found, what was needed and the likely
+fix."""
 
 from collections.abc import Mapping, Sequence
 import sys
@@ -10,10 +11,11 @@ import numpy as np
 PRECISION = {np.dtype(t): np.dtype(p) for t, p in (
     (np.float32, np.float32), (np.complex64, np.float32), (np.float64, np.float64),
     (np.complex128, np.float64), (np.longdouble, np.longdouble), (np.clongdouble, np.longdouble))}
-LARGEST = 2 ** 31 - 1                                            # of a width, stride, padding ...: an index that any machine holds
+LARGEST = 2 ** 31 - 1             # of a width, stride, padding ...: an index that any machine holds
 
 
-def check_arrays(*, ndim: Mapping[str, int] | None = None, real: bool = False, **arrays: Any) -> None:
+def check_arrays(*, ndim: Mapping[str, int] | None = None, real: bool = False,
+                 **arrays: Any) -> None:
     """All arrays of a call must be of one precision, and real numbers where `real` says so.
 
     arrays : by the names that errors call them; only b, the bias, may be None;  ndim : {name:
@@ -68,7 +70,8 @@ def check_positive(name: str, value: Any, error: type[ValueError] = ValueError) 
     Traceback (most recent call last):
     ValueError: gamma: found nan, needed a finite number above 0
     """
-    number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    number = (isinstance(value, (int, float, np.integer, np.floating))
+              and not isinstance(value, bool))
     if not number or not 0 < value <= sys.float_info.max:
         raise error(f"{name}: found {_short(value)}, needed a finite number above 0")
     return float(value)
@@ -82,6 +85,11 @@ def _short(value):
 
 
 def check_shape(name: str, array: Any, shape: Sequence[int], because: str = "") -> None:
-    """Raise ValueError unless the array has this shape."""
+    """Raise ValueError unless the array has this shape.
+
+    >>> check_shape("b", np.zeros(3), (4,), ", one for each filter")
+    Traceback (most recent call last):
+    ValueError: b: found shape (3,), needed (4,), one for each filter
+    """
     if np.shape(array) != tuple(shape):
         raise ValueError(f"{name}: found shape {np.shape(array)}, needed {tuple(shape)}{because}")

@@ -1,4 +1,5 @@
-r"""Measures of size, one number for each clip (all axes but the first), and errors between two arrays.
+r"""Measures of size, one number for each clip (all axes but the first), and errors between two
+arrays.
 
 For complex input the squares are `r^2`, not `|r|^2`: the functions stay analytic, so that the
 complex step can differentiate them.
@@ -73,14 +74,16 @@ def norm(r: np.ndarray) -> np.ndarray:
 
 
 def norm_backward(dy: np.ndarray, r: np.ndarray) -> np.ndarray:
-    r"""dr[n] = dy[n] r[n] / ||r[n]||, and 0 where r[n] = 0 (the kink rule).   dy : (N,)  ->  (N, ...)
+    r"""dr[n] = dy[n] r[n] / ||r[n]||, and 0 where r[n] = 0 (the kink rule).
+
+    dy : (N,)  ->  (N, ...)
 
     >>> norm_backward(np.array([1.0]), np.array([[3.0, 4.0]]))
     array([[0.6, 0.8]])
     """
     _check(r, dy=dy)
     _, part, squares = _scaled(r)
-    y = np.sqrt(squares)                                         # of r divided by its scale, as `part` is
+    y = np.sqrt(squares)                                     # of r divided by its scale, as `part` is
     return _spread(dy, r) * (part / _spread(np.where(y == 0, r.dtype.type(1), y), r))
 
 
@@ -195,14 +198,16 @@ def _number(name, value, like):
     check_shape(name, value, (), ", a number")
     if np.asarray(value).dtype.kind not in ("f", "c", "i", "u"):
         raise ValueError(f"{name}: found {value!r}, needed a number")
-    return np.asarray(value).astype(like.real.dtype if np.asarray(value).dtype.kind != "c" else np.result_type(like, np.complex64))[()]
+    return np.asarray(value).astype(like.real.dtype if np.asarray(value).dtype.kind != "c"
+                                    else np.result_type(like, np.complex64))[()]
 
 
 def _check_reduction(reduction, errors):
     if reduction not in ("none", "mean", "sum"):
         raise ValueError(f"reduction: found {reduction!r}, needed 'none', 'mean' or 'sum'")
     if reduction == "mean" and not errors.size:
-        raise ValueError(f"x: found shape {errors.shape}, needed at least one element for a mean; use reduction='sum'")
+        raise ValueError(f"x: found shape {errors.shape}, needed at least one element for a mean; "
+                         "use reduction='sum'")
 
 
 def _check_pair(x, y, real=False):
@@ -231,5 +236,6 @@ def _spread(per_clip, r):
 def _count(r):
     count = int(np.prod(r.shape[1:]))
     if not count:
-        raise ValueError(f"r: found shape {r.shape}, needed at least one element in each clip for a mean")
+        raise ValueError(f"r: found shape {r.shape}, needed at least one element in each clip for "
+                         "a mean")
     return r.real.dtype.type(count)

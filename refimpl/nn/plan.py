@@ -1,8 +1,11 @@
-r"""A convolution plan: overlap-save tiles, and inside a tile the discrete Fourier transform written as small real matrix products.
+r"""A convolution plan: overlap-save tiles, and inside a tile the discrete Fourier transform written
+as small real matrix products.
 
-A tile of n = L + K - 1 input frames gives L output frames. With the h = n / 2 odd frequencies w_j = pi (2 j + 1) / n no bin is special: each one is a
-complex number, and there a correlation is one complex product a channel pair. Gauss needs three real products for it. For a signal a + i b,
-with the filters' c = sum_k w_k cos(w_j k) and d = sum_k w_k sin(w_j k) (a correlation takes the conjugate spectrum):
+A tile of n = L + K - 1 input frames gives L output frames. With the h = n / 2 odd frequencies
+w_j = pi (2 j + 1) / n no bin is special: each one is a complex number, and there a correlation is
+one complex product a channel pair. Gauss needs three real products for it. For a signal a + i b,
+with the filters' c = sum_k w_k cos(w_j k) and d = sum_k w_k sin(w_j k) (a correlation takes the
+conjugate spectrum):
 
     q0 = (a + b) c,    q1 = a (d - c),    q2 = -b (c + d)          Im = q0 + q1,    Re = q0 + q2
 
@@ -10,28 +13,41 @@ with the filters' c = sum_k w_k cos(w_j k) and d = sum_k w_k sin(w_j k) (a corre
     H (3h, K)  rows c, d - c, -(c + d)                             filters to their three spectra
     G (L, n)   columns 2/n [-sin(w t), cos(w t)]                   [Im; Re] back to time
 
-With K = 25 and n = 64 that is 96 multiplications for 40 outputs of a channel pair, where the direct form needs 1000. Two steps do everything, each
-the adjoint of the other, so that the backward pass is the forward one with the matrices transposed:
+With K = 25 and n = 64 that is 96 multiplications for 40 outputs of a channel pair, where the direct
+form needs 1000. Two steps do everything, each the adjoint of the other, so that the backward pass
+is the forward one with the matrices transposed:
 
     analyse     [s1; s2] = M tile,   s0 = s1 + s2
     synthesise  [s1 + s0; s2 + s0],  tile = M [s1; s2]
 
-Arrays are channel-last and every matrix product writes where the next step reads. The direct convolution of `conv` is the definition; `tiled` says how nearly both agree. One NaN spreads over its tile.
+Arrays are channel-last and every matrix product writes where the next step reads. The direct
+convolution of `conv` is the definition; `tiled` says how nearly both agree. One NaN spreads over
+its tile.
 """
 
 import functools
+from typing import Any
 
 import numpy as np
 
 
 class Plan:
-    r"""Correlations of one size:   y[b, t, o] = sum_{c, k} w[o, c, k] x[b, t + k - left, c],   x = 0 outside its frames.
+    r"""Correlations of one size:
 
-    Put x into `input` (B, T, C); then `forward(spectra)` gives y (B, T_out, O), and after it `backward(dy, spectra)` the gradients. All arrays
-    that come back belong to the plan and last until its next call: a plan allocates when it is made and never again.
+        y[b, t, o] = sum_{c, k} w[o, c, k] x[b, t + k - left, c],   x = 0 outside its frames.
 
-    left : zeros before the first frame (negative: frames skipped);  T_out : frames of y, T unless given;  n : frames of a tile, chosen
-    unless given;  pool : an executor of threads that share the work, `threads` of them
+    Put x into `input` (B, T, C); then `forward(spectra)` gives y (B, T_out, O), and after it
+    `backward(dy, spectra)` the gradients. All arrays that come back belong to the plan and last
+    until its next call: a plan allocates when it is made and never again.
+
+    left : zeros before the first frame (negative: frames skipped);  T_out : frames of y, T unless
+    given;  n : frames of a tile, chosen unless given;  pool : an executor of threads that share the
+    work, `threads` of them
+
+    >>> plan = Plan(1, 12, 1, 1, 8, float, left=0, T_out=5)
+    >>> plan.input[:] = 1
+    >>> plan.forward(plan.spectra(np.ones((1, 1, 8)))).round(6)[0, :, 0]
+    array([8., 8., 8., 8., 8.])
     """
 
     def __init__(self, B, T, C, O, K, dtype, *, left, T_out=None, n=None, pool=None, threads=1):
@@ -43,14 +59,16 @@ class Plan:
         self.dtype, self.pool, self.threads = np.dtype(dtype), pool, threads
         begin, skip = max(0, left), max(0, -left)
         frames = max(self.tiles * self.L + K - 1, begin + T - skip)
-        self.padded = np.zeros((B, skip + frames, C), dtype)     # with `skip` frames more in front, so that `input` is whole
+        # With `skip` frames more in front, so that `input` is whole.
+        self.padded = np.zeros((B, skip + frames, C), dtype)
         self.input = self.padded[:, begin:begin + T]
         self.signal = _overlapping(self.padded[:, skip:], self.tiles, self.n, self.L)
         self._arrays = {}
 
-    def spectra(self, w, out=None):
-        """The filters' part, which can be kept while they do not change.   (O, C, K)  ->  (3, h, C, O), which may be part of a wider array
+    def spectra(self, w: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
+        """The filters' part, which can be kept while they do not change.
 
+        (O, C, K)  ->  (3, h, C, O), which may be part of a wider array
         Filters that lie in memory as (K, C, O) need no copy.
         """
         O, C, K = w.shape
@@ -63,13 +81,13 @@ class Plan:
             np.matmul(self.H, by_width.swapaxes(0, 1), out=rows.swapaxes(0, 1))
         return out
 
-    def analyse(self):
+    def analyse(self) -> np.ndarray:
         """The spectra of `input`, kept for `backward`.   ->  (3, h, B tiles, C)"""
         X = self._spectrum("X", self.shape[2])
         self._analyse(self.F, self.signal, X)
         return X
 
-    def forward(self, spectra):
+    def forward(self, spectra: np.ndarray) -> np.ndarray:
         """y (B, T_out, O) of `input`."""
         B, O = self.shape[0], spectra.shape[3]
         Y = self._spectrum("Y", O)
@@ -78,8 +96,10 @@ class Plan:
         self._synthesise(self.G, Y, y)
         return y.reshape(B, self.tiles * self.L, O)[:, :self.T_out]
 
-    def backward(self, dy, spectra, *, to_input=True, to_filters=True):
-        """dy (B, T_out, O)  ->  dx (B, T, C) or None, dw (O, C, K) or None. The gradient of the filters needs `forward` (or `analyse`) before it.
+    def backward(self, dy: np.ndarray, spectra: np.ndarray, *, to_input: bool = True,
+                 to_filters: bool = True) -> tuple[np.ndarray | None, np.ndarray | None]:
+        """dy (B, T_out, O)  ->  dx (B, T, C) or None, dw (O, C, K) or None. The gradient of the
+        filters needs `forward` (or `analyse`) before it.
 
         dy and spectra may be those of some of the O output channels only.
         """
@@ -111,10 +131,13 @@ class Plan:
         dpadded = self._array("dpadded", self.padded.shape)
         dpadded[:] = 0
         begin, skip = max(0, self.left), max(0, -self.left)
-        for offset in range(0, self.n, self.L):                  # each frame lies in ceil(n / L) tiles: first pieces, second pieces ...
+        # Each frame lies in ceil(n / L) tiles: first pieces, second pieces ... And clip by clip: of
+        # four axes at once NumPy would make a copy.
+        for offset in range(0, self.n, self.L):
             width = min(self.L, self.n - offset)
-            pieces = _overlapping(dpadded[:, skip + offset:], self.tiles, width, self.L, writeable=True)
-            for one, tile in zip(pieces, tiles[:, :, offset:offset + width]):            # clip by clip: of four axes at once NumPy would make a copy
+            pieces = _overlapping(dpadded[:, skip + offset:], self.tiles, width, self.L,
+                                  writeable=True)
+            for one, tile in zip(pieces, tiles[:, :, offset:offset + width]):
                 one += tile
         return dpadded[:, begin:begin + T]
 
@@ -126,7 +149,10 @@ class Plan:
         np.add(spectrum[1], spectrum[2], out=spectrum[0])
 
     def _synthesise(self, M, spectrum, tiles):
-        """[s1 + s0; s2 + s0],  tile = M [s1; s2].   (r, n), (3, h, B tiles, O)  ->  (B, tiles, r, O)"""
+        """[s1 + s0; s2 + s0],  tile = M [s1; s2].
+
+        (r, n), (3, h, B tiles, O)  ->  (B, tiles, r, O)
+        """
         B, count, _, O = tiles.shape
         spectrum[1:] += spectrum[0]
         rows = spectrum[1:].reshape(self.n, B, count, O).transpose(1, 2, 0, 3)
@@ -158,12 +184,18 @@ def _overlapping(signal, tiles, n, step, *, writeable=False):
     """Windows of a signal, a view.   (B, frames, C)  ->  (B, tiles, n, C)"""
     B, _, C = signal.shape
     s = signal.strides
-    return np.lib.stride_tricks.as_strided(signal, (B, tiles, n, C), (s[0], step * s[1], s[1], s[2]), writeable=writeable)
+    return np.lib.stride_tricks.as_strided(
+        signal, (B, tiles, n, C), (s[0], step * s[1], s[1], s[2]), writeable=writeable)
 
 
 @functools.lru_cache(maxsize=64)
-def transforms(K, n, dtype):
-    """F (n, n), H (3h, K) and G (n - K + 1, n) for filters of width K and tiles of n frames, n even."""
+def transforms(K: int, n: int, dtype: Any) -> tuple[np.ndarray, ...]:
+    """F (n, n), H (3h, K) and G (n - K + 1, n) for filters of width K and tiles of n frames, n
+    even.
+
+    >>> [matrix.shape for matrix in transforms(3, 8, "d")]
+    [(8, 8), (12, 3), (6, 8)]
+    """
     w = np.pi * (2 * np.arange(n // 2)[:, None] + 1) / n
     m, k, t = np.arange(n), np.arange(K), np.arange(n - K + 1)
     c, d = np.cos(w * k), np.sin(w * k)
@@ -173,10 +205,15 @@ def transforms(K, n, dtype):
     return tuple(np.ascontiguousarray(matrix, dtype=dtype) for matrix in (F, H, G))
 
 
-def best_tile(B, T, C, O, K):
-    """The tile with the least work: 3h products of (B tiles, C) with (C, O), whose rows BLAS takes by fours and whose (C, O) part costs about as much to
-    fetch as sixteen rows to multiply (measured; the optimum is flat), and the two transforms of each tile.   ->  n, a multiple of 4"""
-    def cost(n):
+def best_tile(B: int, T: int, C: int, O: int, K: int) -> int:
+    """The tile with the least work: 3h products of (B tiles, C) with (C, O), whose rows BLAS takes
+    by fours and whose (C, O) part costs about as much to fetch as sixteen rows to multiply
+    (measured; the optimum is flat), and the two transforms of each tile.   ->  n, a multiple of 4
+
+    >>> best_tile(8, 240, 64, 64, 25), best_tile(1, 240, 256, 256, 25)
+    (64, 44)
+    """
+    def cost(n: int) -> float:
         L, rows = n - K + 1, B * -(-T // (n - K + 1))
         return 1.5 * n * (4 * -(-rows // 4) + 16) * C * O + rows * n * (n * C + L * O)
     smallest = 4 * -(-(K + 7) // 4)

@@ -273,7 +273,7 @@ def test_what_is_required_must_be_offered(tmp_path, monkeypatch, capsys):
     run = ["check", "lax:MINE", "--operations", "gram,relu"]
     assert main(run) == 0                                        # laxer with whole numbers, and without gradients
     assert "1 laxer" in capsys.readouterr().out
-    for required, status in (("gram", 1), ("all", 1), ("relu", 1), ("swim", 2)):
+    for required, status in (("gram", 0), ("gram,gram_backward", 1), ("all", 1), ("relu", 1), ("swim", 2)):
         assert main([*run, "--require", required]) == status
     assert main(["check", "refimpl.nn", "--operations", "gram", "--require", "all"]) == 0
     (tmp_path / "none.py").write_text("from refimpl import nn\nMINE = {'relu': nn.relu}\n")
@@ -306,3 +306,33 @@ def test_lines_to_paste_run(tmp_path, monkeypatch):
             exec("\n".join(lines), {"MINE": backend})
         except AssertionError as error:
             assert chosen.id in str(error)
+
+
+# Right answers of other implementations, once convicted.
+
+def test_another_path_of_equal_cost_is_a_convention():
+    def ties_to_the_second(X, Y):
+        """The path of the exchanged pair, exchanged back: of equal ways (p, q-1) before (p-1, q)."""
+        return GOOD["dtw_path"](Y, X)[:, ::-1]
+    outcomes = [o for o in judge_all({"dtw_path": ties_to_the_second}, cases(operations=["dtw_path"])) if o.status == "failed" and o.grade != "laxer"]
+    assert outcomes and {o.grade for o in outcomes} == {"convention"} and all("costs as little" in o.message for o in outcomes)
+
+    def longer(X, Y):
+        path = GOOD["dtw_path"](X, Y)
+        return np.concatenate([path[:1], path])                  # stands once: no step of the equations
+    assert {o.grade for o in judge_all({"dtw_path": longer}, cases(operations=["dtw_path"])) if o.status == "failed" and o.case.kind == "float64"} == {"wrong"}
+
+
+def test_a_solver_that_ends_earlier_is_right():
+    def solved_to_a_millionth(K, y, K_new, *, C, epsilon):
+        from refimpl.torresani2006 import svr
+        beta, b = svr.fit_svr(K[None], y[None], C, epsilon, tolerance=1e-7)
+        return np.asarray(svr.dual_objective(K, y, beta[0], epsilon)), svr.predict_svr(K_new, beta[0], b[0])
+    chosen = [c for c in cases(operations=["support_vector_regression"]) if c.kind == "float64"]
+    assert {o.status for o in judge_all({"support_vector_regression": solved_to_a_millionth}, chosen)} == {"passed"}
+
+
+def test_a_number_without_precision_is_no_wrong_precision():
+    chosen = [c for c in cases(operations=["l1"]) if c.function == "l1" and c.kind == "float32"]
+    assert {o.status for o in judge_all({"l1": lambda a: float(np.abs(a).sum())}, chosen)} == {"passed"}
+    assert {o.status for o in judge_all({"l1": lambda a: np.abs(a.astype(float)).sum()}, chosen)} == {"failed"}
