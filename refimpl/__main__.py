@@ -9,7 +9,11 @@ def run() -> int:
     own = signal.getsignal(signal.SIGINT)
     if own is signal.default_int_handler:                        # not ignored, as under nohup
         signal.signal(signal.SIGINT, signal.SIG_DFL)
-    from .cli import main
+    try:
+        from .cli import main
+    except MemoryError:
+        print("refimpl: error: not enough memory to read in NumPy and SciPy", file=sys.stderr)
+        return 2
     signal.signal(signal.SIGINT, own)
     return main()
 

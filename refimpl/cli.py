@@ -127,6 +127,7 @@ def _one_line(error, arguments):
                 "fault of refimpl: REFIMPL_TRACEBACK=1 in the environment shows where")
     inputs, outputs = files_of(arguments)
     files = [*inputs.values(), *outputs.values()]
+    said = said.replace("\n", "\\n")                            # a file may be called so
     if said.startswith("-") or any(Path(f).name in said or str(f) in said for f in files) or not files:
         return said
     return f"{', '.join(map(str, list(inputs.values())[:4] or files[:1]))}: {said}"

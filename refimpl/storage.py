@@ -25,6 +25,7 @@ import zlib
 
 import numpy as np
 
+LARGEST = 1e9                                                    # of a number in a model or a data set
 _protected: contextvars.ContextVar[dict] = contextvars.ContextVar("protected", default={})
 
 
@@ -204,9 +205,11 @@ def save_npz(path: str | Path, format_name: str, version: int, arrays: Mapping[s
     The same content gives the same bytes. Nothing in it is pickled, so that reading it can run no code.
     """
     header = json.dumps({"format": format_name, "version": version, "facts": facts}, sort_keys=True)
+    archive = io.BytesIO()                                       # a pipe or a device cannot be gone back in
+    np.savez(archive, header=np.array(header),
+             **{name: np.asarray(array, order="C") for name, array in arrays.items()})
     with atomic_write(path, "wb") as file:
-        np.savez(file, header=np.array(header),
-                 **{name: np.asarray(array, order="C") for name, array in arrays.items()})
+        file.write(archive.getbuffer())
 
 
 def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[str],
@@ -262,6 +265,11 @@ def read_arrays(data: bytes) -> dict[str, np.ndarray]:
             OverflowError, NotImplementedError, RuntimeError, struct.error, zipfile.BadZipFile, zlib.error,
             MemoryError) as error:
         raise ValueError(_first_line(error)) from None
+
+
+def plausible(array: np.ndarray) -> bool:
+    """Whether all numbers are finite and of a size that motion, in whatever unit, or trained weights have."""
+    return bool((np.abs(array) <= LARGEST).all())                # NaN is not
 
 
 def _is_fact(value, kind):

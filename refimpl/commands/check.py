@@ -42,7 +42,7 @@ def add_commands(commands):
     check.add_argument("--seed", type=whole(0), metavar="N", help="of the random inputs (default: 0)")
     check.add_argument("--explain", metavar="OPERATION",
                        help="print an operation's arguments, shapes, units, defaults and conventions, and stop")
-    check.set_defaults(run=run_check)
+    check.set_defaults(run=run_check, also_reads=_module)
 
     golden = commands.add_parser("export", help="write golden vectors",
                                  description="Write inputs and outputs of every case, and a manifest, to a folder.")
@@ -51,6 +51,12 @@ def add_commands(commands):
     golden.add_argument("--seed", type=whole(0), default=0, metavar="N",
                         help="of the random inputs (default: %(default)s)")
     golden.set_defaults(run=run_export)
+
+
+def _module(arguments):
+    """The file that the backend is imported from, where it lies below the current folder."""
+    path = f"{(arguments.backend or '').partition(':')[0].replace('.', '/')}.py"
+    return {"MODULE": path} if os.path.isfile(path) else {}
 
 
 def run_check(arguments):

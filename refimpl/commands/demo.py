@@ -18,12 +18,14 @@ from ..motion.prepare import fit_normaliser
 from ..motion.synthetic import STYLES, make_database
 from ..motion.take import make_take
 from ..storage import atomic_write
-from .options import OutputFolder, whole
+from .options import OutputFolder, there_already, whole
 from .progress import Progress, epoch_line
 
 HIDDEN, CHANNELS = 64, 48
 PEOPLE, SECONDS, HELD_OUT = 5, 4.5, 0.2
 EPOCHS, RATES = {"autoencoder": 30, "style": 60}, {"autoencoder": 5e-4, "style": 1e-3}
+
+FILES = ["motions.npz", "manifold.npz", "content.bvh", "style.bvh", "stylised.bvh", "figure3.png", "animation.html", "curves.png", "report.json"]
 
 
 def add_commands(commands):
@@ -31,7 +33,7 @@ def add_commands(commands):
     command.add_argument("--out", metavar="DIR", type=OutputFolder, default=OutputFolder("refimpl-demo"), help="made if missing (default: %(default)s)")
     command.add_argument("--style", choices=[name for name in STYLES if name != "normal"], default="old", help="(default: %(default)s)")
     command.add_argument("--seed", type=whole(0), default=0, metavar="N", help="of the networks' first weights (default: %(default)s)")
-    command.set_defaults(run=run)
+    command.set_defaults(run=run, also_writes=lambda a: there_already(a.out, [*FILES, f"{a.style}.npz"]))
 
 
 def run(arguments):

@@ -12,7 +12,7 @@ from ..motion.dataset import find_clips, load_dataset, to_scale
 from ..motion.features import Start, decode
 from ..motion.take import read_take
 from ..storage import atomic_write
-from .options import InputFolder, InputPath, OutputFolder, whole
+from .options import InputFolder, InputPath, OutputFolder, there_already, whole
 from .progress import Progress, table
 
 DESCRIPTION = """Stylise every clip that was kept out of training by every style network and by optimisation, write the results, read them again and measure them. The
@@ -32,7 +32,7 @@ def add_commands(commands):
     command.add_argument("--content-style", default="normal", metavar="NAME", help="the style of the contents (default: %(default)s)")
     command.add_argument("--most", type=whole(1), metavar="N", help="clips of each style at most (default: all that were held out)")
     command.add_argument("--out", metavar="DIR", type=OutputFolder, default=OutputFolder("refimpl-evaluation"), help="made if missing (default: %(default)s)")
-    command.set_defaults(run=run)
+    command.set_defaults(run=run, also_writes=lambda a: there_already(a.out, ["report.json"]))
 
 
 def run(arguments):

@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+import os
 from typing import Any
 
 from .. import __version__
@@ -53,7 +54,7 @@ class OutputFolder(OutputPath):
 def files_of(arguments: argparse.Namespace) -> tuple[dict[str, str], dict[str, str]]:
     """What a command reads and what it writes, by the words of its options.
 
-    ->  inputs, outputs as {word: path}; a command's `also_writes(arguments)` is among the outputs
+    ->  inputs, outputs as {word: path}, with what a command's `also_reads` and `also_writes` add
     """
     inputs, outputs = {}, {}
     for name, value in vars(arguments).items():
@@ -66,7 +67,15 @@ def files_of(arguments: argparse.Namespace) -> tuple[dict[str, str], dict[str, s
                 outputs[key] = item
     for word, path in getattr(arguments, "also_writes", lambda _: {})(arguments).items():
         outputs[word] = OutputPath(str(path))
+    for word, path in getattr(arguments, "also_reads", lambda _: {})(arguments).items():
+        inputs[word] = InputPath(str(path))
     return inputs, outputs
+
+
+def there_already(folder: str, names: list[str]) -> dict[str, str]:
+    """Files of these names that stand in a folder already, for `also_writes`.   ->  {word: path}"""
+    paths = {name: os.path.join(folder, name) for name in names}
+    return {f"the {name} in {folder}": path for name, path in paths.items() if os.path.lexists(path)}
 
 
 def check_ending(path: str, ending: str) -> None:

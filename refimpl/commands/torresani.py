@@ -16,7 +16,7 @@ from ..torresani2006.poses import clip_of, fit_body, fragment_of, size_ratio
 from ..torresani2006.regress import MODELS
 from ..torresani2006.segment import segment
 from ..torresani2006.synthesise import LOOKS, NEIGHBOURS, check_style, contents_of, observed_style, synthesise
-from .options import InputFolder, InputPath, OutputFolder, OutputPath, whole
+from .options import InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole
 from .progress import Progress, table
 
 POLES = ("bound -3 .. free 3", "light -3 .. strong 3", "sustained -3 .. sudden 3")
@@ -50,7 +50,8 @@ def add_commands(commands):
     command.add_argument("--splits", type=whole(1), default=experiment.SPLITS, metavar="N", help="(default: %(default)s)")
     command.add_argument("--trials", type=whole(1), default=10, metavar="N", help="styles asked for, of each performer (default: %(default)s)")
     command.add_argument("--seed", type=whole(0), default=0, metavar="N", help="(default: %(default)s)")
-    command.set_defaults(run=run_experiment)
+    command.set_defaults(run=run_experiment, also_writes=lambda a: there_already(a.out, [
+        "table_1.csv", "figure_1.csv", "figure_1_1.png", "figure_1_2.png", "figure_1_3.png", "report.json", "phrase.bvh"]))
 
 
 def _add_database(command):

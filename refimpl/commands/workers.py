@@ -18,13 +18,30 @@ def workers(count: int):
     if count == 1:
         yield None
         return
-    executor: Executor = ProcessPoolExecutor(count, initializer=_begin)
+    with _without_ctrl_c():                                      # which the workers inherit
+        executor: Executor = ProcessPoolExecutor(count, initializer=_begin)
+        executor.submit(int).result()
     try:
         yield executor
     except BaseException:
         executor.shutdown(wait=False, cancel_futures=True)
+        for worker in multiprocessing.active_children():
+            worker.terminate()
         raise
     executor.shutdown()
+
+
+@contextlib.contextmanager
+def _without_ctrl_c():
+    """Ctrl-C is of no effect while the block runs."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _begin():

@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ..motion.features import FEATURES
+from ..motion.features import FEATURES, LEG_RANGE
 from ..motion.joints import BONES
 from ..motion.prepare import Normaliser
-from ..storage import FormatError, load_npz, save_npz
+from ..storage import FormatError, load_npz, plausible, save_npz
 from .stylist import Stylist
 
 VERSION, STYLE_VERSION = 1, 2                                # a style knows its clips since version 2
@@ -111,8 +111,10 @@ def _facts(manifold):
 
 def _manifold(path, arrays, facts):
     for name, shape in (("mean", (FEATURES,)), ("deviation", (FEATURES,)), ("bones", (len(BONES),))):
-        if arrays[name].shape != shape or arrays[name].dtype != float or not np.isfinite(arrays[name]).all():
-            raise FormatError(f"{path}: found {name} of shape {arrays[name].shape}, needed finite numbers of shape {shape}")
+        if arrays[name].shape != shape or arrays[name].dtype != float or not plausible(arrays[name]):
+            raise FormatError(f"{path}: found {name} of shape {arrays[name].shape}, needed finite numbers of shape {shape}, none beyond 1e9")
+    if not LEG_RANGE[0] <= facts["leg"] <= LEG_RANGE[1]:
+        raise FormatError(f"{path}: found a leg {facts['leg']:g} long, needed one from {LEG_RANGE[0]:g} to {LEG_RANGE[1]:g}")
     if not (arrays["deviation"] > 0).all():
         raise FormatError(f"{path}: found a deviation that is not above 0, needed positive ones")
     params = {"W0": arrays["W0"], "b0": arrays["b0"]}
@@ -126,5 +128,5 @@ def _check_filters(path, params, filters, biases, c_out, c_in):
     if W.ndim != 3 or not W.size or W.shape[:2] != (c_out, c_in) or b.shape != (c_out,) or W.dtype != b.dtype or W.dtype not in (np.float32, np.float64):
         raise FormatError(f"{path}: found {filters} {W.dtype} {W.shape} and {biases} {b.dtype} {b.shape}, "
                           f"needed ({c_out}, {c_in}, width) and ({c_out},) of one floating-point type")
-    if not (np.isfinite(W).all() and np.isfinite(b).all()):
-        raise FormatError(f"{path}: found values in {filters} or {biases} that are not finite, needed trained weights")
+    if not (plausible(W) and plausible(b)):
+        raise FormatError(f"{path}: found values in {filters} or {biases} that are not finite or beyond 1e9, needed trained weights")

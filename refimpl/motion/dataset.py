@@ -8,9 +8,9 @@ import re
 
 import numpy as np
 
-from ..storage import FormatError, load_npz, save_npz
+from ..storage import FormatError, load_npz, plausible, save_npz
 from . import features as feature_space
-from .features import FEATURES
+from .features import FEATURES, LEG_RANGE
 from .joints import BONES
 from .take import bone_lengths, read_take
 
@@ -196,8 +196,8 @@ def load_dataset(path):
     if not (lengths.ndim == arrays["held_out"].ndim == 1 and lengths.dtype.kind == "i" and arrays["held_out"].dtype == arrays["contacts"].dtype == bool
             and arrays["features"].dtype == arrays["bones"].dtype == float and len(names) == len(contents) == len(styles) == len(lengths) == len(arrays["held_out"]) > 0
             and arrays["features"].shape == (lengths.sum(), FEATURES) and arrays["contacts"].shape == (lengths.sum(), 4)
-            and arrays["bones"].shape == (len(BONES),) and (lengths > 0).all() and np.isfinite(arrays["features"]).all()
-            and np.isfinite(arrays["bones"]).all()):
+            and arrays["bones"].shape == (len(BONES),) and (lengths > 0).all() and plausible(arrays["features"])
+            and plausible(arrays["bones"]) and LEG_RANGE[0] <= facts["leg"] <= LEG_RANGE[1]):
         raise FormatError(f"{path}: found arrays and labels that do not fit each other, needed those of one prepare; make it again")
     ends = np.cumsum(lengths)
     clips = tuple(Labelled(name, content, style, bool(out), arrays["features"][end - length:end], arrays["contacts"][end - length:end])

@@ -47,6 +47,8 @@ def leg_length(positions):
                       + np.linalg.norm(positions[:, heel] - positions[:, knee], axis=-1) for hip, knee, heel, _ in LEGS]
     return float(np.median(thigh_and_shin))
 
+LEG_RANGE = (1e-6, 1e6)                                           # lengths of a leg that a body may have, in whatever unit
+
 
 def floor_height(positions):
     r"""Soft minimum over time of the lowest foot joint's height h: a mean of the heights that are close to the lowest one,

@@ -4,8 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..storage import plausible
 from . import bvh
-from .features import FPS, Start, encode, leg_length
+from .features import FPS, LEG_RANGE, Start, encode, leg_length
 from .joints import BONES, HEELS, SLOT, Mapping, map_joints
 from .prepare import foot_contacts
 from .skeleton import clip_at, forward_kinematics
@@ -46,10 +47,15 @@ def make_take(clip, overrides=None, name="the clip"):
     positions = positions @ upright.T
     if not leg_length(positions) > 0:
         raise ValueError(f"{name}: found legs of length 0, needed thighs and shins; are all offsets and positions 0?")
+    if not LEG_RANGE[0] <= leg_length(positions) <= LEG_RANGE[1] or not plausible(positions):
+        raise ValueError(f"{name}: found a leg {leg_length(positions):g} long and joints up to {np.abs(positions).max():g} away, needed a "
+                         f"leg from {LEG_RANGE[0]:g} to {LEG_RANGE[1]:g} and joints within 1e9; is an OFFSET or a position absurd?")
     across = positions[:, SLOT["LeftUpLeg"]] - positions[:, SLOT["RightUpLeg"]]
     if not np.linalg.norm(across[:, [0, 2]], axis=1).min() > 0:
         raise ValueError(f"{name}: found hips with no width in some frame, needed two different hip joints to know where it faces")
     features, start = encode(positions)
+    if not np.isfinite(features).all():
+        raise ValueError(f"{name}: found shoulders exactly opposite to the hips in some frame, needed to know where the body faces")
     return Take(clip, rotations, translations, mapping, upright, positions, features, start,
                 foot_contacts(positions, start.floor))
 
