@@ -1,5 +1,6 @@
 """`python -m refimpl` is `refimpl`. Ctrl-C while the libraries are read in ends the program without a word."""
 
+import os
 import signal
 import sys
 
@@ -15,7 +16,12 @@ def run() -> int:
         print("refimpl: error: not enough memory to read in NumPy and SciPy", file=sys.stderr)
         return 2
     signal.signal(signal.SIGINT, own)
-    return main()
+    status = main()
+    if status in (130, 143):                                     # told to end: no waiting for what workers left behind
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+    return status
 
 
 if __name__ == "__main__":

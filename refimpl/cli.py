@@ -53,10 +53,13 @@ def main(argv=None):
     """
     with safe_streams() as out:
         arguments = parser().parse_args(argv)
+        _told.clear()
         before = _on_termination(_terminated)
         try:
             status = _run(arguments) or 0
             out.flush()
+            if _told:                                            # Python dropped it, as in a callback
+                raise Terminated
             return status
         except KeyboardInterrupt:
             print("refimpl: stopped; nothing is half written, and a training goes on from its last epoch "
@@ -99,7 +102,12 @@ def _files_below(folder):
     return [os.path.join(where, name) for where, _, names in os.walk(folder) for name in names]
 
 
+_told: list[int] = []                                            # signals to end that came
+
+
 def _terminated(number, frame):
+    signal.signal(number, signal.SIG_IGN)                        # once is enough
+    _told.append(number)
     raise Terminated
 
 
@@ -127,7 +135,6 @@ def _one_line(error, arguments):
                 "fault of refimpl: REFIMPL_TRACEBACK=1 in the environment shows where")
     inputs, outputs = files_of(arguments)
     files = [*inputs.values(), *outputs.values()]
-    said = said.replace("\n", "\\n")                            # a file may be called so
     if said.startswith("-") or any(Path(f).name in said or str(f) in said for f in files) or not files:
-        return said
-    return f"{', '.join(map(str, list(inputs.values())[:4] or files[:1]))}: {said}"
+        return said.replace("\n", "\\n")                         # a file may be called so
+    return f"{', '.join(map(str, list(inputs.values())[:4] or files[:1]))}: {said}".replace("\n", "\\n")

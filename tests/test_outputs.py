@@ -294,3 +294,26 @@ def test_what_nobody_foresaw_is_one_line_with_the_file(error, words, here, monke
     assert main(["inspect", "c.bvh"]) == 2
     err = capsys.readouterr().err
     assert err.startswith("refimpl: error: c.bvh: ") and words in err and err.count("\n") == 1
+
+
+def test_the_path_that_is_told_is_the_one_that_was_written(here, capsys):
+    """A root with two position channels cannot carry a path; the network's was told, 96 cm off, and nothing of it written."""
+    clip = bvh.read_bvh("c.bvh")
+    from dataclasses import replace
+    root = clip.joints[0]
+    assert root.channels[:3] == ("Xposition", "Yposition", "Zposition")
+    flat = replace(clip, joints=(replace(root, channels=("Xposition", *root.channels[2:])), *clip.joints[1:]),
+                   values=np.delete(clip.values, 1, axis=1))
+    bvh.write_bvh("flat.bvh", flat)
+    assert main(["transfer", "old.npz", "flat.bvh", "-o", "o.bvh", "--json", "o.json"]) == 0
+    assert "no joint with three position channels" in capsys.readouterr().out
+    told = json.loads((here / "o.json").read_text())["rows"][0]
+    a, b = bvh.read_bvh("flat.bvh").values[:, :2], bvh.read_bvh("o.bvh").values[:, :2]
+    assert np.abs(a - b).max() < 1e-6 and told["mean path error"] < 1e-6
+
+
+def test_an_error_in_one_of_many_clips_names_it(here, capsys):
+    text = (here / "clips" / "walk_old_1.bvh").read_text()
+    (here / "clips" / "walk_old_1.bvh").write_text(text.replace("Frame Time:", "Frame Time: 0.0000001 ").replace("0.0000001 \t0.016666666666666666", "0.0000001"))
+    assert main(["prepare", "clips", "-o", "n.npz"]) == 2
+    assert "walk_old_1.bvh" in capsys.readouterr().err

@@ -1,11 +1,13 @@
 """`refimpl transfer`: a clip in another style, on its own skeleton, at 60 frames a second."""
 
-from ..holden2017.measure import path_error
+import numpy as np
+
 from ..holden2017.model import load_manifold, load_style
 from ..holden2017.optimise import Settings, optimise_transfer
 from ..holden2017.transfer import transfer
 from ..motion.bvh import write_bvh
-from ..motion.joints import read_mapping
+from ..motion.joints import SLOT, read_mapping
+from ..motion.retarget import carries_hips
 from ..motion.take import bone_lengths, guess_unit, read_take, standing_height
 from .options import InputPath, OutputPath, check_ending, number, whole, write_report
 
@@ -58,9 +60,11 @@ def run(arguments):
         result = transfer(take, style, projected=not arguments.no_projection, clean=not arguments.raw, own_pace=arguments.own_pace)
     write_bvh(arguments.output, result.clip)
     unit = guess_unit(standing_height(bone_lengths(take.positions)))
-    mean, largest = path_error(result.features, take.features)
+    apart = np.linalg.norm((result.positions - take.positions)[:, SLOT["Hips"], [0, 2]], axis=-1)    # of what was written
+    mean, largest = float(apart.mean()), float(apart.max())
     print(f"{arguments.output}: {result.clip.frames} frames at 60 frames/s in style {name}; "
-          f"its path leaves the content's by {mean:.3g} on average, {largest:.3g} at most ({unit})")
+          f"its path leaves the content's by {mean:.3g} on average, {largest:.3g} at most ({unit})"
+          + ("" if carries_hips(take) else "; the file has no joint with three position channels to carry it: it stays where the content is"))
     if arguments.json:
         row = {"content": content, "style": name, "result": arguments.output, "frames": result.clip.frames,
                "fps": result.clip.fps, "mean path error": mean, "largest path error": largest, "unit": unit}

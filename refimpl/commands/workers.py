@@ -18,36 +18,38 @@ def workers(count: int):
     if count == 1:
         yield None
         return
-    with _without_ctrl_c():                                      # which the workers inherit
+    with _signals_blocked():                                     # the workers inherit it
         executor: Executor = ProcessPoolExecutor(count, initializer=_begin)
         executor.submit(int).result()
     try:
         yield executor
     except BaseException:
-        executor.shutdown(wait=False, cancel_futures=True)
         for worker in multiprocessing.active_children():
             worker.terminate()
+        executor.shutdown(wait=False)
         raise
     executor.shutdown()
 
 
 @contextlib.contextmanager
-def _without_ctrl_c():
-    """Ctrl-C is of no effect while the block runs."""
-    if threading.current_thread() is not threading.main_thread():
+def _signals_blocked():
+    """Ctrl-C and SIGTERM wait until the block ends; then they come."""
+    if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin():
     """In a worker: Ctrl-C is the parent's affair, and without a parent there is no work."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT, signal.SIGTERM})
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()

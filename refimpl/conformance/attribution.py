@@ -4,15 +4,18 @@ A rival (`rivals`) explains a failure when
 
 - the backend's *first* answer equals the rival's to rounding, type included; a tolerance that the
   backend declares for itself does not count;
-- the rival is far from the reference there, by a thousand bounds: where both agree nothing can be told.
+- the rival is far from the reference there, by a thousand bounds: where both agree nothing can be
+  told.
 
 It is named for a function when it contradicts none of the function's failures and explains at least
 one; where several do, all are named. Failures in which it is too near the reference to tell get the
-name only if no other rival has a claim. A function that gives other bits on a second call follows none.
+name only if no other rival has a claim. A function that gives other bits on a second call follows
+none.
 """
 
 from collections.abc import Iterable
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 
@@ -20,23 +23,29 @@ from .cases import PROMISES
 from .record import as_tuple, cast, relative_difference
 from .rivals import RIVALS
 
-FAR = 1000.0                                                     # bounds between a rival and the reference
-ROUNDING = {"float64": 1e-12, "float32": 1e-5}                   # as `backend.TOLERANCES`, never what a backend declares
+FAR = 1000.0                                             # bounds between a rival and the reference
+# As `backend.TOLERANCES`, never what a backend declares.
+ROUNDING = {"float64": 1e-12, "float32": 1e-5}
 
 
 def conventions(failures: Iterable) -> dict[str, str]:
     """Names for failed outcomes.   list of Outcome (of one operation)  ->  {case id: names}"""
     named = {}
-    by_function = groupby(sorted(failures, key=lambda o: o.case.function), key=lambda o: o.case.function)
+    by_function = groupby(sorted(failures, key=lambda o: o.case.function),
+                          key=lambda o: o.case.function)
     for function, group in by_function:
         outcomes = list(group)
         if any(o.case.kind == "same bits twice" for o in outcomes):
             continue
-        valued = [o for o in outcomes if o.case.expected is not None and o.case.kind not in PROMISES]
-        fits = {label: [_fit(rival, o) for o in valued] for label, rival in RIVALS.get(function, ())}
-        able = {label: fit for label, fit in fits.items() if "contradicts" not in fit and "explains" in fit}
+        valued = [o for o in outcomes
+                  if o.case.expected is not None and o.case.kind not in PROMISES]
+        fits = {label: [_fit(rival, o) for o in valued]
+                for label, rival in RIVALS.get(function, ())}
+        able = {label: fit for label, fit in fits.items()
+                if "contradicts" not in fit and "explains" in fit}
         for number, o in enumerate(valued):
-            labels = [label for label, fit in able.items() if fit[number] == "explains" or len(able) == 1]
+            labels = [label for label, fit in able.items()
+                      if fit[number] == "explains" or len(able) == 1]
             if labels:
                 named[o.case.id] = " or ".join(labels)
     return named
@@ -44,7 +53,8 @@ def conventions(failures: Iterable) -> dict[str, str]:
 
 @np.errstate(all="ignore")
 def _fit(rival, outcome) -> str:
-    """"explains" a failure, is "silent" about it (it equals the reference there), or "contradicts" it."""
+    """"explains" a failure, is "silent" about it (it equals the reference there), or "contradicts"
+    it."""
     case, answer = outcome.case, outcome.answer
     if answer is None or len(answer) != len(case.expected):
         return "contradicts"
@@ -79,11 +89,13 @@ def _fit(rival, outcome) -> str:
 def _bounds(case):
     if case.exact:
         return (1e-15,) * len(case.expected)
-    return tuple(ROUNDING[case.precision] * f + slack for f, slack in zip(case.allowances, case.slacks))
+    return tuple(ROUNDING[case.precision] * f + slack
+                 for f, slack in zip(case.allowances, case.slacks))
 
 
-def as_good(outcome) -> str:
-    """What an answer follows that is another one than the reference's and as good, "" where it is not."""
+def as_good(outcome: Any) -> str:
+    """What an answer follows that is another one than the reference's and as good, "" where it is
+    not."""
     case = outcome.case
     if case.operation.same is None or outcome.answer is None or outcome.grade != "wrong":
         return ""
@@ -94,4 +106,5 @@ def as_good(outcome) -> str:
 
 
 def _same_kind(got, ours, precision):
-    return got.dtype == np.dtype(precision) if ours.dtype.kind == "f" else got.dtype.kind == ours.dtype.kind
+    return (got.dtype == np.dtype(precision) if ours.dtype.kind == "f"
+            else got.dtype.kind == ours.dtype.kind)

@@ -1,4 +1,5 @@
-"""Another implementation: a mapping of operation names to callables, and what it declares of itself."""
+"""Another implementation: a mapping of operation names to callables, and what it declares of
+itself."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -13,8 +14,8 @@ from typing import Any
 from . import operations_holden, operations_nn, operations_torresani
 from .record import as_tuple
 
-TOLERANCES = {"float64": 1e-12, "float32": 1e-5}                 # of the largest element of the expected array
-LOOSEST = 0.1                                                    # that a backend may declare; beyond it nothing is judged
+TOLERANCES = {"float64": 1e-12, "float32": 1e-5}     # of the largest element of the expected array
+LOOSEST = 0.1                      # that a backend may declare; beyond it nothing is judged
 
 
 class BackendError(ValueError):
@@ -22,7 +23,8 @@ class BackendError(ValueError):
 
 
 class NoAnswer(Exception):
-    """A backend's function raised something, or tried to leave the program, instead of answering."""
+    """A backend's function raised something, or tried to leave the program, instead of
+    answering."""
 
     def __init__(self, error: BaseException):
         self.error = error
@@ -34,8 +36,8 @@ class Backend:
     """Another implementation.
 
     functions : {name: callable}, gradients as name + "_backward";  tolerances : {"float64": ...,
-    "float32": ...};  name : for reports;  unknown : ((name, nearest known name or ""), ...), what it
-    offers that is no operation;  loaded : whether `load_backend(name)` finds it again
+    "float32": ...};  name : for reports;  unknown : ((name, nearest known name or ""), ...), what
+    it offers that is no operation;  loaded : whether `load_backend(name)` finds it again
     """
 
     functions: Mapping[str, Callable] = field(repr=False)
@@ -90,7 +92,8 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def as_backend(thing: Any, name: str = "backend", loaded: bool = False) -> Backend:
-    """A Backend from a mapping of callables, from a module or object with such attributes, or from a Backend.
+    """A Backend from a mapping of callables, from a module or object with such attributes, or from
+    a Backend.
 
     A key (or attribute) "tolerances" may declare its own bounds, {"float32": 1e-4}, at most 0.1.
     Names that are no operation are kept in `unknown`.   Raises BackendError.
@@ -103,28 +106,33 @@ def as_backend(thing: Any, name: str = "backend", loaded: bool = False) -> Backe
             offered = {str(key): thing[key] for key in thing}
             unknown = [key for key in offered if key not in known and key != "tolerances"]
         elif isinstance(thing, (str, bytes, int, float, list, tuple, set)) or thing is None:
-            raise BackendError(f"{name}: found {type(thing).__name__}, needed a mapping of operation "
-                               "names to callables, or a module with such functions")
+            raise BackendError(f"{name}: found {type(thing).__name__}, needed a mapping of "
+                               "operation names to callables, or a module with such functions")
         else:
             offered = {key: getattr(thing, key) for key in [*known, "tolerances"]
                        if hasattr(thing, key)}
             unknown = [key for key in dir(thing) if key not in known and key[:1] != "_"
-                       and difflib.get_close_matches(key, [k for k in known if k not in offered], 1, 0.85)]
+                       and difflib.get_close_matches(
+                           key, [k for k in known if k not in offered], 1, 0.85)]
     except (BackendError, KeyboardInterrupt):
         raise
     except BaseException as error:
         raise BackendError(f"{name}: found something that cannot be read ({type(error).__name__}: "
-                           f"{words_of(error)}), needed a mapping of operation names to callables") from None
+                           f"{words_of(error)}), needed a mapping of operation names to "
+                           "callables") from None
     tolerances = _tolerances(name, offered.pop("tolerances", {}))
     functions = {key: value for key, value in offered.items() if key in known}
     for key, value in functions.items():
         if not callable(value):
-            raise BackendError(f"{name}: found {key} of type {type(value).__name__}, needed a callable")
+            raise BackendError(f"{name}: found {key} of type {type(value).__name__}, needed a "
+                               "callable")
     misspelt = tuple((key, nearest(key, [*known, "tolerances"])) for key in unknown)
     if not functions:
-        meant = [f"{key!r} (do you mean {near}?)" if near else repr(key) for key, near in misspelt[:8]]
-        raise BackendError(f"{name}: found no operation among {', '.join(meant) or 'nothing callable'}, "
-                           f"needed callables named like {', '.join(list(known)[:4])} ...")
+        meant = [f"{key!r} (do you mean {near}?)" if near else repr(key)
+                 for key, near in misspelt[:8]]
+        raise BackendError(f"{name}: found no operation among "
+                           f"{', '.join(meant) or 'nothing callable'}, needed callables named like "
+                           f"{', '.join(list(known)[:4])} ...")
     return Backend(functions, {**TOLERANCES, **tolerances}, name, misspelt, loaded)
 
 
@@ -134,9 +142,9 @@ def _tolerances(name, declared):
         isinstance(t, (int, float)) and not isinstance(t, bool) and not math.isnan(t)
         and 0 <= t <= LOOSEST for t in declared.values())
     if not good:
-        raise BackendError(f"{name}: found tolerances {repr(declared)[:200]}, needed numbers from 0 to "
-                           f"{LOOSEST} for {' or '.join(TOLERANCES)}, relative to the largest element; "
-                           "beyond that nothing would be judged")
+        raise BackendError(f"{name}: found tolerances {repr(declared)[:200]}, needed numbers from "
+                           f"0 to {LOOSEST} for {' or '.join(TOLERANCES)}, relative to the largest "
+                           "element; beyond that nothing would be judged")
     return dict(declared)
 
 
@@ -152,8 +160,8 @@ def load_backend(words: str) -> Backend:
         thing = importlib.import_module(module)
         for part in filter(None, attribute.split(".")):
             if not hasattr(thing, part):
-                raise BackendError(f"{words}: found no {part!r} in {getattr(thing, '__name__', thing)}, "
-                                   "needed module:object")
+                raise BackendError(f"{words}: found no {part!r} in "
+                                   f"{getattr(thing, '__name__', thing)}, needed module:object")
             thing = getattr(thing, part)
     except (BackendError, KeyboardInterrupt):
         raise
@@ -161,13 +169,17 @@ def load_backend(words: str) -> Backend:
         raise BackendError(f"{words}: found no module to import ({words_of(error)}), needed "
                            "module:object that Python can import from here") from None
     except BaseException as error:
-        raise BackendError(f"{words}: found a module that cannot be imported ({type(error).__name__}: "
-                           f"{words_of(error)}), needed module:object") from None
+        raise BackendError(f"{words}: found a module that cannot be imported "
+                           f"({type(error).__name__}: {words_of(error)}), needed "
+                           "module:object") from None
     return as_backend(thing, words, loaded=True)
 
 
 def read_expected_failures(path: str) -> list[str]:
-    """Patterns of case ids that are known to fail, one a line; `#` begins a comment.   ->  list of str"""
+    """Patterns of case ids that are known to fail, one a line; `#` begins a comment.
+
+    ->  list of str
+    """
     with open(path, encoding="utf-8") as file:
         lines = [line.split("#")[0].strip() for line in file]
     return [line for line in lines if line]

@@ -1,4 +1,5 @@
-"""The cases of the kit: every operation with every sample, forwards and backwards, in both precisions, in odd layouts, and what must be refused."""
+"""The cases of the kit: every operation with every sample, forwards and backwards, in both
+precisions, in odd layouts, and what must be refused."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -30,7 +31,8 @@ class Case:
     exact : a rule decides, nothing is rounded;  slack : for each output, how much of its largest
     element it moves when the inputs move by float32's last digit, where terms cancel
     others : ((arguments, attributes), ...) of other valid calls, to be asked in between
-    factors : on the tolerance of each output;  seed : of the inputs;  folder : of the golden vectors that it was read from, if it was
+    factors : on the tolerance of each output;  seed : of the inputs;  folder : of the golden
+    vectors that it was read from, if it was
     """
 
     id: str
@@ -77,7 +79,7 @@ class Case:
         """Copies of the arguments and attributes, laid out in memory as the case's kind says."""
         lay = LAYOUTS.get(self.kind)
 
-        def copy(value):
+        def copy(value: Any) -> Any:
             if not isinstance(value, np.ndarray):
                 return value
             value = value.copy()
@@ -130,7 +132,10 @@ def _by_id(seed):
 
 
 def case(identity: str, *, seed: int = 0) -> Case:
-    """The case with this id, to look at a failure.   ->  Case.   Raises ValueError for an unknown id."""
+    """The case with this id, to look at a failure.
+
+    ->  Case.   Raises ValueError for an unknown id.
+    """
     if identity not in _by_id(seed):
         raise ValueError(f"case: found no {identity!r}, needed an id as `refimpl check` prints it")
     return _by_id(seed)[identity]
@@ -148,7 +153,8 @@ def _of_operation(operation, seed):
     for number, sample in enumerate(operation.samples(rng)):
         found += _values(operation, sample, rng, seed)
         if number == 0:
-            found += (_layouts(operation, sample, rng, seed) + _promises(operation, sample, rng, seed)
+            found += (_layouts(operation, sample, rng, seed)
+                      + _promises(operation, sample, rng, seed)
                       + _empty_batch(operation, sample, seed))
     return found + [Case(f"{operation.name}/{bad.label}/forward/refused", operation, operation.name,
                          "refused", bad.inputs, bad.attributes, argument=bad.argument, seed=seed)
@@ -156,7 +162,8 @@ def _of_operation(operation, seed):
 
 
 def _calls(operation, sample, rng):
-    """(what, function name, reference, arguments, known answer) of the forward and the backward call."""
+    """(what, function name, reference, arguments, known answer) of the forward and the backward
+    call."""
     known = sample.known or {}
     outputs = known.get("outputs") if operation.backward else None
     yield "forward", operation.name, operation.f, sample.inputs, outputs
@@ -171,13 +178,14 @@ def _values(operation, sample, rng, seed):
     found = []
     for what, name, reference, arguments, known in _calls(operation, sample, rng):
         expected = known or as_tuple(reference(*arguments, **sample.attributes))
-        found.append(Case(f"{operation.name}/{sample.label}/{what}/float64", operation, name, "float64",
-                          arguments, sample.attributes, expected, exact=not sample.smooth,
-                          factors=sample.factors, seed=seed))
+        found.append(Case(f"{operation.name}/{sample.label}/{what}/float64", operation, name,
+                          "float64", arguments, sample.attributes, expected,
+                          exact=not sample.smooth, factors=sample.factors, seed=seed))
         if sample.smooth and "float32" in operation.precisions:
             small = cast(arguments, np.float32)
             attributes = _cast_attributes(sample.attributes, np.float32)
-            wide = as_tuple(reference(*cast(small, np.float64), **_cast_attributes(attributes, np.float64)))
+            wide = as_tuple(reference(*cast(small, np.float64),
+                                      **_cast_attributes(attributes, np.float64)))
             found.append(Case(f"{operation.name}/{sample.label}/{what}/float32", operation, name,
                               "float32", small, attributes, wide,
                               slack=_slack(reference, small, attributes, wide), seed=seed))
@@ -195,7 +203,7 @@ def _slack(reference, arguments, attributes, wanted):
     for number in range(4):
         rng = np.random.default_rng(number)
 
-        def moved(values):
+        def moved(values: tuple) -> tuple:
             return tuple(v * (1 + eps * rng.choice([-1.0, 1.0], v.shape))
                          if isinstance(v, np.ndarray) and v.dtype.kind == "f" else v
                          for v in cast(values, np.float64))
@@ -225,8 +233,8 @@ def _promises(operation, sample, rng, seed):
     others = _other_calls(operation, seed)
     for what, name, reference, arguments, _ in _calls(operation, sample, rng):
         for promise in PROMISES[:2] if what == "forward" else PROMISES:
-            found.append(Case(f"{operation.name}/{sample.label}/{what}/{promise}", operation, name, promise,
-                              arguments, sample.attributes,
+            found.append(Case(f"{operation.name}/{sample.label}/{what}/{promise}", operation, name,
+                              promise, arguments, sample.attributes,
                               as_tuple(reference(*arguments, **sample.attributes)),
                               others=others[what], seed=seed))
     return found
@@ -252,7 +260,9 @@ def _empty_batch(operation, sample, seed):
     found = [("forward", operation.name, operation.f, empty)]
     if operation.backward:
         upstream = np.zeros(np.shape(operation.f(*empty, **sample.attributes)))
-        found.append(("backward", f"{operation.name}_backward", operation.backward, (upstream, *empty)))
-    return [Case(f"{operation.name}/{sample.label}/{what}/empty batch", operation, name, "empty batch",
-                 arguments, sample.attributes, as_tuple(reference(*arguments, **sample.attributes)), seed=seed)
+        found.append(("backward", f"{operation.name}_backward", operation.backward,
+                      (upstream, *empty)))
+    return [Case(f"{operation.name}/{sample.label}/{what}/empty batch", operation, name,
+                 "empty batch", arguments, sample.attributes,
+                 as_tuple(reference(*arguments, **sample.attributes)), seed=seed)
             for what, name, reference, arguments in found]

@@ -1,19 +1,24 @@
-r"""Every operation of the 2006 system a second time: loops straight from the equations, by another way where there is one.
+r"""Every operation of the 2006 system a second time: loops straight from the equations, by another
+way where there is one.
 
-Slow, and written without a look at the fast forms. Frames count from 0, angles are radians, everything is float64.
+Slow, and written without a look at the fast forms. Frames count from 0, angles are radians,
+everything is float64.
 """
 
+from collections.abc import Sequence
 import math
+from typing import Any
 
 import numpy as np
 
 
-def distance(x, y):
+def distance(x: Any, y: Any) -> float:
     return sum((float(a) - float(b)) ** 2 for a, b in zip(x, y))
 
 
-def dtw(X, Y):
-    """Equations 3 to 5 with a pointer back from every cell; of equal ways the diagonal, then p-1, then q-1.   ->  cost, path"""
+def dtw(X: np.ndarray, Y: np.ndarray) -> tuple[float, np.ndarray]:
+    """Equations 3 to 5 with a pointer back from every cell; of equal ways the diagonal, then p-1,
+    then q-1.   ->  cost, path"""
     cost, back = {}, {}
     for p in range(len(X)):
         for q in range(len(Y)):
@@ -32,15 +37,15 @@ def dtw(X, Y):
     return cost[end], np.array(path[::-1])
 
 
-def dtw_cost(X, Y):
+def dtw_cost(X: np.ndarray, Y: np.ndarray) -> float:
     return dtw(X, Y)[0]
 
 
-def dtw_path(X, Y):
+def dtw_path(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     return dtw(X, Y)[1]
 
 
-def content_clusters(ssd, *, threshold):
+def content_clusters(ssd: np.ndarray, *, threshold: float) -> np.ndarray:
     """Spread each fragment's number to all that it matches, until nothing changes."""
     label = list(range(len(ssd)))
     changed = True
@@ -54,27 +59,30 @@ def content_clusters(ssd, *, threshold):
     return np.array([order.index(number) for number in label])
 
 
-def read(values, time):
+def read(values: Any, time: float) -> Any:
     """A sequence at a time between two frames."""
     before = min(int(time), max(len(values) - 2, 0))
     after, u = min(before + 1, len(values) - 1), time - before
     return (1 - u) * values[before] + u * values[after]
 
 
-def smoothed(column, sigma):
-    """A Gaussian of `sigma` frames, cut at four sigma; beyond its ends the sequence goes on by its point reflection about them."""
+def smoothed(column: Sequence[float], sigma: float) -> list[float]:
+    """A Gaussian of `sigma` frames, cut at four sigma; beyond its ends the sequence goes on by its
+    point reflection about them."""
     last, radius = len(column) - 1, int(4 * sigma + 0.5)
 
-    def at(n):
+    def at(n: int) -> float:
         if n < 0:
             return 2 * column[0] - at(-n)
         return 2 * column[last] - at(2 * last - n) if n > last else column[n]
     weights = [math.exp(-0.5 * (k / sigma) ** 2) for k in range(-radius, radius + 1)]
-    return [sum(w * at(n + k - radius) for k, w in enumerate(weights)) / sum(weights) for n in range(last + 1)]
+    return [sum(w * at(n + k - radius) for k, w in enumerate(weights)) / sum(weights)
+            for n in range(last + 1)]
 
 
-def time_curve(path, smooth):
-    """->  (p*, q*) as two lists over the path, and where on it each whole p and each whole q is reached"""
+def time_curve(path: np.ndarray, smooth: float) -> tuple[list[np.ndarray], list[list[float]]]:
+    """->  (p*, q*) as two lists over the path, and where on it each whole p and each whole q is
+    reached"""
     curves, inverses = [], []
     for column in np.asarray(path, dtype=float).T.tolist():
         curve = list(column)
@@ -88,8 +96,9 @@ def time_curve(path, smooth):
     return curves, inverses
 
 
-def reached(curve, k):
-    """The parameter n at which a rising curve is k; where it stands there, the middle; at both ends the ends."""
+def reached(curve: np.ndarray, k: int) -> float:
+    """The parameter n at which a rising curve is k; where it stands there, the middle; at both ends
+    the ends."""
     if k == 0 or k == int(round(curve[-1])):
         return 0.0 if k == 0 and len(curve) > 1 and curve[-1] > 0 else float(len(curve) - 1)
     standing = [n for n, value in enumerate(curve) if value == k]
@@ -99,7 +108,9 @@ def reached(curve, k):
     return n + (k - curve[n]) / (curve[n + 1] - curve[n])
 
 
-def space_time_interpolation(X, Y, root_X, root_Y, path, *, alpha, smooth=6.0, up="y"):
+def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, root_Y: np.ndarray,
+                             path: np.ndarray, *, alpha: float, smooth: float = 6.0,
+                             up: str = "y") -> tuple[np.ndarray, np.ndarray]:
     """Section 5, frame by frame.   ->  angles (T, D), root (T, 4)"""
     (p_curve, q_curve), (n0, n1) = time_curve(path, smooth)
     exact = (1 - alpha) * len(X) + alpha * len(Y)
@@ -110,7 +121,8 @@ def space_time_interpolation(X, Y, root_X, root_Y, path, *, alpha, smooth=6.0, u
     shifted[:, 3] -= 2 * math.pi * turns
     here = []
     for k in range(frames):
-        n = (1 - alpha) * read(n0, k * (len(X) - 1) / (frames - 1)) + alpha * read(n1, k * (len(Y) - 1) / (frames - 1))
+        n = ((1 - alpha) * read(n0, k * (len(X) - 1) / (frames - 1))
+             + alpha * read(n1, k * (len(Y) - 1) / (frames - 1)))
         farthest = max(farthest, min(n, len(path) - 1.0))
         n = 0.0 if k == 0 else len(path) - 1.0 if k == frames - 1 else farthest
         p, q = read(p_curve, n), read(q_curve, n)
@@ -119,12 +131,13 @@ def space_time_interpolation(X, Y, root_X, root_Y, path, *, alpha, smooth=6.0, u
         root[k] = (1 - alpha) * here[k][0] + alpha * here[k][1]
     floor = [0, 2] if up == "y" else [0, 1]
     for k in range(1, frames):
-        step = sum(w * turned(here[k][i][floor] - here[k - 1][i][floor], -here[k - 1][i][3], up) for i, w in ((0, 1 - alpha), (1, alpha)))
+        step = sum(w * turned(here[k][i][floor] - here[k - 1][i][floor], -here[k - 1][i][3], up)
+                   for i, w in ((0, 1 - alpha), (1, alpha)))
         root[k, floor] = root[k - 1, floor] + turned(step, root[k - 1, 3], up)
     return angles, root
 
 
-def turned(v, angle, up):
+def turned(v: np.ndarray, angle: float, up: str) -> np.ndarray:
     """By complex numbers: x + i y about z; about y it is z + i x that turns by +angle."""
     if up == "z":
         w = complex(v[0], v[1]) * complex(math.cos(angle), math.sin(angle))
@@ -133,20 +146,26 @@ def turned(v, angle, up):
     return np.array([w.imag, w.real])
 
 
-def sequences(frames, lengths):
+def sequences(frames: np.ndarray, lengths: Sequence[int]) -> list[np.ndarray]:
     ends = [sum(lengths[:i + 1]) for i in range(len(lengths))]
     return [frames[end - n:end] for end, n in zip(ends, lengths)]
 
 
-def one_stage_segmentation(Y, frames, lengths):
-    """Equations 8 to 11 with a pointer back from every cell (p, q, i).   ->  cost, fragments, ends, costs"""
+def one_stage_segmentation(Y: np.ndarray, frames: np.ndarray, lengths: Sequence[int],
+                           ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    """Equations 8 to 11 with a pointer back from every cell (p, q, i).
+
+    ->  cost, fragments, ends, costs
+    """
     X, cost, back = sequences(frames, lengths), {}, {}
     for p in range(len(Y)):
-        ended = min(((cost[p - 1, len(X[j]) - 1, j], j) for j in range(len(X))), default=None) if p else None
+        ended = min(((cost[p - 1, len(X[j]) - 1, j], j) for j in range(len(X))),
+                    default=None) if p else None
         for i in range(len(X)):
             for q in range(len(X[i])):
                 if q:
-                    ways = [cell for cell in ((p - 1, q - 1, i), (p - 1, q, i), (p, q - 1, i)) if cell in cost]
+                    ways = [cell for cell in ((p - 1, q - 1, i), (p - 1, q, i), (p, q - 1, i))
+                            if cell in cost]
                 else:
                     ways = [(p - 1, 0, i), (p - 1, len(X[ended[1]]) - 1, ended[1])] if p else []
                 best, entered = None, False
@@ -167,11 +186,15 @@ def one_stage_segmentation(Y, frames, lengths):
     return total, np.array(found), np.array(ends), np.array(costs)
 
 
-def jacobi_eigenvalues(A):
-    """A symmetric matrix by rotations, each of which makes one element 0.   ->  values, vectors in columns"""
+def jacobi_eigenvalues(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A symmetric matrix by rotations, each of which makes one element 0.
+
+    ->  values, vectors in columns
+    """
     A, V = np.array(A, dtype=float), np.eye(len(A))
     for _ in range(60):
-        if max((abs(A[i, j]) for i in range(len(A)) for j in range(i)), default=0.0) <= 1e-17 * abs(np.trace(A)):
+        if (max((abs(A[i, j]) for i in range(len(A)) for j in range(i)), default=0.0)
+                <= 1e-17 * abs(np.trace(A))):
             break
         for i in range(len(A)):
             for j in range(i):
@@ -183,10 +206,14 @@ def jacobi_eigenvalues(A):
     return np.diag(A), V
 
 
-def principal_components(frames, lengths, *, components, length):
-    """From the eigenvectors of the fragments' products with each other.   ->  mean, basis, coefficients"""
-    X = np.array([np.concatenate([read(x, (len(x) - 1) * k / (length - 1) if length > 1 else 0.0) for k in range(length)])
-                  for x in sequences(frames, lengths)])
+def principal_components(frames: np.ndarray, lengths: Sequence[int], *, components: int,
+                         length: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """From the eigenvectors of the fragments' products with each other.
+
+    ->  mean, basis, coefficients
+    """
+    X = np.array([np.concatenate([read(x, (len(x) - 1) * k / (length - 1) if length > 1 else 0.0)
+                                  for k in range(length)]) for x in sequences(frames, lengths)])
     mean = sum(X) / len(X)
     values, vectors = jacobi_eigenvalues((X - mean) @ (X - mean).T)
     basis = np.zeros((components, X.shape[1]))
@@ -199,11 +226,11 @@ def principal_components(frames, lengths, *, components, length):
     return mean, basis, np.array([[sum(b * (x - mean)) for b in basis] for x in X])
 
 
-def gaussian_kernel(A, B, *, gamma):
+def gaussian_kernel(A: np.ndarray, B: np.ndarray, *, gamma: float) -> np.ndarray:
     return np.array([[math.exp(-gamma * distance(a, b)) for b in B] for a in A])
 
 
-def solved(A, B):
+def solved(A: Any, B: Any) -> np.ndarray:
     """A^-1 B by elimination with the largest pivot."""
     A, B = np.array(A, dtype=float), np.array(B, dtype=float)
     for i in range(len(A)):
@@ -217,11 +244,13 @@ def solved(A, B):
     return np.array([B[i] / A[i, i] for i in range(len(A))])
 
 
-def linear_ridge(Z, Y, *, ridge):
+def linear_ridge(Z: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
     d = Z.shape[1]
-    A = [[sum(z[i] * z[j] for z in Z) + (ridge if i == j else 0.0) for j in range(d)] for i in range(d)]
+    A = [[sum(z[i] * z[j] for z in Z) + (ridge if i == j else 0.0) for j in range(d)]
+         for i in range(d)]
     return solved(A, [sum(z[i] * y for z, y in zip(Z, Y)) for i in range(d)])
 
 
-def kernel_ridge(K, Y, *, ridge):
-    return solved([[K[i, j] + (ridge if i == j else 0.0) for j in range(len(K))] for i in range(len(K))], Y)
+def kernel_ridge(K: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
+    return solved([[K[i, j] + (ridge if i == j else 0.0) for j in range(len(K))]
+                   for i in range(len(K))], Y)

@@ -1,4 +1,5 @@
-"""What a backend must offer for one operation: arguments, shapes, units, defaults, and what to hold to."""
+"""What a backend must offer for one operation: arguments, shapes, units, defaults, and what to hold
+to."""
 
 import inspect
 import textwrap
@@ -12,7 +13,8 @@ from .cases import generator
 from .record import Operation
 from .rivals import RIVALS
 
-MOTION = ("foot_loss", "bone_loss", "trajectory_loss", "total_loss")      # whose arrays are the 66 numbers
+# Whose arrays are the 66 numbers.
+MOTION = ("foot_loss", "bone_loss", "trajectory_loss", "total_loss")
 
 
 def explain(operation: Operation) -> list[str]:
@@ -21,14 +23,17 @@ def explain(operation: Operation) -> list[str]:
     lines += [f"    {operation.name}{signature(operation)}", *_documentation(operation.f), ""]
     lines += _sample(operation)
     if operation.backward:
-        lines += ["", f"Its gradient: {operation.name}_backward(upstream gradient, the same arguments), which returns a "
-                  "gradient for each array,", "in the order of the arguments, of its shape and precision "
-                  "(None where an array was None or is a constant).", *_documentation(operation.backward)]
+        lines += ["", f"Its gradient: {operation.name}_backward(upstream gradient, the same "
+                  "arguments), which returns a gradient for each array,",
+                  "in the order of the arguments, of its shape and precision (None where an array "
+                  "was None or is a constant).", *_documentation(operation.backward)]
     if operation.name in MOTION:
         lines += ["", *_joints()]
-    lines += ["", "How near: " + ", ".join(f"{TOLERANCES[p] * operation.tolerance:g} in {p}" for p in operation.precisions)
+    lines += ["", "How near: " + ", ".join(f"{TOLERANCES[p] * operation.tolerance:g} in {p}"
+                                           for p in operation.precisions)
               + ", of the largest element of each output, unless the backend declares its own"
-              + ("; in float32 more where terms cancel." if "float32" in operation.precisions else "."),
+              + ("; in float32 more where terms cancel." if "float32" in operation.precisions
+                 else "."),
               "An answer has the precision of its inputs."]
     for function in (operation.name, f"{operation.name}_backward"):
         if function in RIVALS:
@@ -41,8 +46,10 @@ def signature(operation: Operation) -> str:
     """Names and defaults as Python writes them, without types."""
     parameters = [p.replace(annotation=inspect.Parameter.empty)
                   for p in inspect.signature(operation.f).parameters.values()]
-    if any(p.kind is p.VAR_POSITIONAL for p in parameters):      # a network's arrays one after the other
-        names = [inspect.Parameter(n, inspect.Parameter.POSITIONAL_OR_KEYWORD) for n in operation.arguments]
+    if any(p.kind is p.VAR_POSITIONAL for p in parameters):
+        # A network's arrays one after the other.
+        names = [inspect.Parameter(n, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+                 for n in operation.arguments]
         rest = [p for p in parameters if p.kind is p.KEYWORD_ONLY]
         parameters = names + rest
     return str(inspect.Signature(parameters))
@@ -73,12 +80,15 @@ def _kind(value):
 
 def _joints():
     """The layout of the 66 numbers, and which rows the feet and bones are."""
-    lines = ["The 66 numbers of a frame: x, y, z (sideways, up, forward) of 21 joints in the file's unit of length,",
-             f"then row {TURN} turn (radians a frame), row {FORWARD} forward and row {SIDEWAYS} sideways (length a frame).",
+    lines = ["The 66 numbers of a frame: x, y, z (sideways, up, forward) of 21 joints in the "
+             "file's unit of length,",
+             f"then row {TURN} turn (radians a frame), row {FORWARD} forward and row {SIDEWAYS} "
+             "sideways (length a frame).",
              "Joints, three rows each:"]
     lines += textwrap.wrap(", ".join(f"{j} {slot}" for j, slot in enumerate(SLOTS)), 96,
                            initial_indent="    ", subsequent_indent="    ")
-    lines += ["Feet (rows of contacts): " + ", ".join(f"{j} {SLOTS[j]}" for j in FEET), "Bones (order of lengths):"]
+    lines += ["Feet (rows of contacts): " + ", ".join(f"{j} {SLOTS[j]}" for j in FEET),
+              "Bones (order of lengths):"]
     lines += textwrap.wrap(", ".join(f"{a}-{b}" for a, b in BONES), 96, initial_indent="    ",
                            subsequent_indent="    ")
     return lines

@@ -1,8 +1,8 @@
 """Golden vectors: inputs and outputs as files that can be read without Python.
 
-A folder holds `manifest.json` and, for each case, `vectors/NAME.npz`: a zip of `.npy` arrays, stored
-without compression, little-endian, in C order (the .npy format is a one-line text header before the
-numbers). Inputs are stored, never seeds: random streams change, numbers do not.
+A folder holds `manifest.json` and, for each case, `vectors/NAME.npz`: a zip of `.npy` arrays,
+stored without compression, little-endian, in C order (the .npy format is a one-line text header
+before the numbers). Inputs are stored, never seeds: random streams change, numbers do not.
 
 The manifest holds the SHA-256 of every file, and of itself: of its JSON text without the key
 "sha256", keys sorted, no spaces, ASCII. A folder that is not as it was exported certifies nothing:
@@ -29,8 +29,8 @@ from .cases import OPERATIONS, PROMISES, Case, cases
 from .judge import EXACT
 
 FORMAT, VERSION = "golden vectors", 2
-KEYS = {"id": str, "operation": str, "function": str, "equation": str, "precision": str, "file": str,
-        "sha256": str, "arguments": list, "attributes": dict, "outputs": list}
+KEYS = {"id": str, "operation": str, "function": str, "equation": str, "precision": str,
+        "file": str, "sha256": str, "arguments": list, "attributes": dict, "outputs": list}
 
 
 def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | None = None) -> int:
@@ -43,7 +43,7 @@ def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | Non
     folder = Path(folder)
     (folder / "vectors").mkdir(parents=True, exist_ok=True)
     earlier = _listed(folder)
-    (folder / "manifest.json").unlink(missing_ok=True)
+    Path(os.path.realpath(folder / "manifest.json")).unlink(missing_ok=True)
     records = [_write_case(folder, case) for case in cases(seed=seed, operations=operations)
                if case.kind in ("float64", "float32", "empty batch") and case.kind not in PROMISES]
     for name in earlier - {record["file"] for record in records}:
@@ -51,8 +51,8 @@ def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | Non
     manifest = {
         "format": FORMAT, "version": VERSION, "made_by": f"refimpl {__version__}",
         "arrays": "(clips, channels, frames); filters (outputs, inputs / groups, width)",
-        "bound": "largest difference allowed, in units of the largest element of the expected array "
-                 "(of 1 where all are 0)",
+        "bound": "largest difference allowed, in units of the largest element of the expected "
+                 "array (of 1 where all are 0)",
         "conventions": [{"where": c.where, "here": c.here,
                          "rivals": [f"{r}: {who}" for r, who in c.rivals]} for c in CONVENTIONS],
         "cases": records}
@@ -146,10 +146,11 @@ def read_folder(folder: str | Path) -> tuple[list[Case], list[str]]:
     if not wrong:
         for key in ("id", "file"):
             names = [record[key].lower() for record in records]
-            wrong += [f"manifest.json: found {key} {name!r} {names.count(name)} times, needed it once"
-                      for name in dict.fromkeys(names) if names.count(name) > 1]
+            wrong += [f"manifest.json: found {key} {name!r} {names.count(name)} times, needed it "
+                      "once" for name in dict.fromkeys(names) if names.count(name) > 1]
     if manifest.get("sha256") != manifest_hash(manifest):
-        wrong.append("manifest.json: is not the one that was exported, its SHA-256 differs; export again")
+        wrong.append("manifest.json: is not the one that was exported, its SHA-256 differs; export "
+                     "again")
     if wrong:
         return [], wrong
     wrong += _unlisted(folder, {record["file"] for record in records})
@@ -178,21 +179,22 @@ def read_manifest(folder: str | Path) -> dict[str, Any]:
     """manifest.json of a folder: strict JSON of this format and version.   Raises FormatError."""
     path = Path(folder) / "manifest.json"
     if not path.is_file():
-        raise FormatError(f"{path}: found no such file, needed the manifest that `refimpl export` writes "
-                          "last; was the export cut short?")
+        raise FormatError(f"{path}: found no such file, needed the manifest that `refimpl export` "
+                          "writes last; was the export cut short?")
     try:
         manifest = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=_once,
                               parse_constant=_no_number)
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{path}: found no strict JSON ({str(error)[:120]}), needed the manifest that "
-                          "`refimpl export` wrote") from None
+        raise FormatError(f"{path}: found no strict JSON ({str(error)[:120]}), needed the manifest "
+                          "that `refimpl export` wrote") from None
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT or not isinstance(
             manifest.get("cases"), list):
-        raise FormatError(f"{path}: found no manifest of {FORMAT}, needed one that `refimpl export` wrote")
+        raise FormatError(f"{path}: found no manifest of {FORMAT}, needed one that `refimpl "
+                          "export` wrote")
     version = manifest.get("version")
     if type(version) is not int or version != VERSION:
-        raise FormatError(f"{path}: found version {str(version)[:20]} of {FORMAT}, needed version {VERSION}; "
-                          "export it again with this release")
+        raise FormatError(f"{path}: found version {str(version)[:20]} of {FORMAT}, needed version "
+                          f"{VERSION}; export it again with this release")
     return manifest
 
 
@@ -209,20 +211,23 @@ def _complaints(record, functions):
     if operation is None or record["function"] not in functions or record["function"] not in (
             operation.name, f"{operation.name}_backward"):
         near = nearest(record["function"], functions)
-        return [f"function: found {record['function']!r} of operation {record['operation']!r}, needed one of "
-                "this package's" + (f"; {near}?" if near else "")]
+        return [f"function: found {record['function']!r} of operation {record['operation']!r}, "
+                "needed one of this package's" + (f"; {near}?" if near else "")]
     if record["precision"] not in TOLERANCES:
         wrong.append(f"precision: found {record['precision']!r}, needed {' or '.join(TOLERANCES)}")
     if not _is_vector(record["file"]):
         wrong.append(f"file: found {record['file']!r}, needed vectors/NAME.npz inside the folder")
     upstream = ("upstream gradient",) * record["function"].endswith("_backward")
-    names = [entry.get("name") if isinstance(entry, dict) else None for entry in record["arguments"]]
+    names = [entry.get("name") if isinstance(entry, dict) else None
+             for entry in record["arguments"]]
     if tuple(names) != (upstream + operation.arguments)[:len(names)]:
-        wrong.append(f"arguments: found {names}, needed {list(upstream + operation.arguments)}, in this order")
+        wrong.append(f"arguments: found {names}, needed {list(upstream + operation.arguments)}, in "
+                     "this order")
     entries = [*record["arguments"], *record["attributes"].values()]
     if not all(isinstance(entry, dict) and len(set(entry) & {"array", "value"}) == 1
                and isinstance(entry.get("array", ""), str) for entry in entries):
-        wrong.append("arguments, attributes: needed for each either the name of an array or a value")
+        wrong.append("arguments, attributes: needed for each either the name of an array or a "
+                     "value")
     for number, output in enumerate(record["outputs"]):
         if output is not None:
             wrong += [f"output {number}: {what}" for what in _output_complaints(output)]
@@ -237,7 +242,8 @@ def _output_complaints(output):
     bound, shape = output["bound"], output["shape"]
     wrong = []
     if not isinstance(bound, float) or not math.isfinite(bound) or not 0 < bound <= LOOSEST:
-        wrong.append(f"bound: found {repr(bound)[:40]}, needed a number above 0 and up to {LOOSEST}")
+        wrong.append(f"bound: found {repr(bound)[:40]}, needed a number above 0 and up to "
+                     f"{LOOSEST}")
     if not isinstance(shape, list) or not all(type(n) is int and n >= 0 for n in shape):
         wrong.append(f"shape: found {repr(shape)[:40]}, needed whole numbers")
     return wrong
@@ -262,11 +268,13 @@ def _read_case(folder, record):
     if hashlib.sha256(data).hexdigest() != record["sha256"]:
         raise ValueError("is not the file that was exported, its SHA-256 differs")
     arrays = read_arrays(data)
-    entries = [*record["arguments"], *record["attributes"].values(), *filter(None, record["outputs"])]
+    entries = [*record["arguments"], *record["attributes"].values(),
+               *filter(None, record["outputs"])]
     names = [entry["array"] for entry in entries if "array" in entry]
     if sorted(names) != sorted(arrays):
         raise ValueError(f"holds {', '.join(sorted(arrays))}, needed {', '.join(sorted(names))}")
-    if any(array.dtype.kind not in "fiub" or not array.flags.c_contiguous for array in arrays.values()):
+    if any(array.dtype.kind not in "fiub" or not array.flags.c_contiguous
+           for array in arrays.values()):
         raise ValueError("holds an array that is not of real numbers in C order")
     for output in filter(None, record["outputs"]):
         if list(arrays[output["array"]].shape) != output["shape"]:
@@ -278,13 +286,16 @@ def _read_case(folder, record):
     exact = all(output is None or output["bound"] == EXACT for output in record["outputs"])
     if not exact and min(allowed) < base:
         raise ValueError(f"has a bound of {min(allowed):.3g}, needed at least {base:.3g}")
-    arguments = tuple(arrays[e["array"]] if "array" in e else e["value"] for e in record["arguments"])
+    arguments = tuple(arrays[e["array"]] if "array" in e else e["value"]
+                      for e in record["arguments"])
     attributes = {key: arrays[e["array"]] if "array" in e else _attribute(e["value"])
                   for key, e in record["attributes"].items()}
-    expected = tuple(None if output is None else arrays[output["array"]] for output in record["outputs"])
+    expected = tuple(None if output is None else arrays[output["array"]]
+                     for output in record["outputs"])
     kind = record["id"].rsplit("/", 1)[-1]
     return Case(record["id"], operation, record["function"], kind, arguments, attributes, expected,
-                exact=exact, slack=tuple(bound - base for bound in allowed), folder=str(folder), single=single)
+                exact=exact, slack=tuple(bound - base for bound in allowed), folder=str(folder),
+                single=single)
 
 
 def _attribute(value):

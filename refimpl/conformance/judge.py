@@ -1,10 +1,12 @@
-"""Compare a backend's outputs with the reference's, element by element, and say which convention it follows where they differ.
+"""Compare a backend's outputs with the reference's, element by element, and say which convention it
+follows where they differ.
 
 A call gets copies of its own, made before the first one, and the first thing that is looked at is
-whether it left them alone. What a function says is judged once; the same answer is then held against
-the conventions of others (`attribution`).
+whether it left them alone. What a function says is judged once; the same answer is then held
+against the conventions of others (`attribution`).
 """
 
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
@@ -15,8 +17,9 @@ from . import attribution
 from .backend import Backend, NoAnswer, as_backend, ask, is_expected_failure
 from .record import PythonNumber, relative_difference
 
-EXACT = 1e-15                                                    # where a rule decides and nothing is rounded
-REFUSALS = (ValueError, TypeError, NotImplementedError)          # how a library says that it does not take something
+EXACT = 1e-15                                         # where a rule decides and nothing is rounded
+# How a library says that it does not take something.
+REFUSALS = (ValueError, TypeError, NotImplementedError)
 GRADES = ("agrees", "wrong", "convention", "stricter", "laxer", "not offered", "undecidable")
 
 
@@ -50,7 +53,8 @@ class Difference(Exception):
         self.worst, self.found, self.needed = worst, found, needed
 
 
-def judge_all(backend, chosen, expected_failures=()):
+def judge_all(backend: Any, chosen: Iterable[Any],
+              expected_failures: Iterable[str] = ()) -> Iterator[Outcome]:
     """Outcomes of all cases, in order.   backend : whatever `as_backend` takes
 
     The cases of one operation are judged together: a convention is named only where it explains
@@ -66,7 +70,7 @@ def judge_all(backend, chosen, expected_failures=()):
             yield outcome
 
 
-def judge(case, backend) -> Outcome:
+def judge(case: Any, backend: Any) -> Outcome:
     """->  Outcome of one case, judged alone"""
     backend = as_backend(backend)
     return _weighed([_first_look(case, backend)], backend)[0]
@@ -74,8 +78,8 @@ def judge(case, backend) -> Outcome:
 
 def _first_look(case, backend):
     if case.function not in backend.functions:
-        return Outcome(case, "skipped", f"{backend.name} has no {case.function}", grade="not offered",
-                       needed=case.function)
+        return Outcome(case, "skipped", f"{backend.name} has no {case.function}",
+                       grade="not offered", needed=case.function)
     answer: list = []
     try:
         with np.errstate(all="ignore"):
@@ -93,7 +97,8 @@ def _first_look(case, backend):
 
 def _weighed(outcomes, backend):
     """What one case alone cannot tell: refusals, conventions; and the lines to paste."""
-    answered = {o.case.function for o in outcomes if o.grade == "agrees" and o.case.kind != "refused"}
+    answered = {o.case.function for o in outcomes
+                if o.grade == "agrees" and o.case.kind != "refused"}
     named = attribution.conventions([o for o in outcomes if o.grade == "wrong"])
     found = []
     for o in outcomes:
@@ -104,7 +109,8 @@ def _weighed(outcomes, backend):
             o = replace(o, grade="convention", rival=rival)
         elif (o.grade == "agrees" and o.case.kind == "refused" and o.case.function not in answered
               and any(p.error is not None for p in outcomes if p.case.function == o.case.function)):
-            o = replace(o, status="failed", grade="undecidable", needed="an answer to some valid call",
+            o = replace(o, status="failed", grade="undecidable",
+                        needed="an answer to some valid call",
                         message="refused, as it should be; but it answers no valid call either")
         if o.status == "failed":
             says = [f"{o.case.id}: {o.message}"] + ([f"It matches {rival}."] if rival else [])
@@ -151,7 +157,7 @@ def _left_as_they_were(case, arguments, attributes, upstream=None):
                              f"changed {name}", f"{name} left alone")
 
 
-def bounds(case, backend: Backend) -> tuple[float, ...]:
+def bounds(case: Any, backend: Backend) -> tuple[float, ...]:
     """How far each output may be off, in units of its largest element."""
     if case.exact:
         return (EXACT,) * len(case.expected)
@@ -159,7 +165,7 @@ def bounds(case, backend: Backend) -> tuple[float, ...]:
     return tuple(declared * factor + slack for factor, slack in zip(case.allowances, case.slacks))
 
 
-def compare(found, case, allowed):
+def compare(found: tuple, case: Any, allowed: Sequence[float]) -> float:
     """Raise Difference unless all outputs have the expected shape, type and values.
 
     allowed : of `bounds`   ->  largest difference relative to the largest element
@@ -186,7 +192,7 @@ def _output_name(case, number):
     return "output" if len(case.expected) == 1 else f"output {number}"
 
 
-def right_type(got, wanted, precision) -> bool:
+def right_type(got: np.ndarray, wanted: np.ndarray, precision: str) -> bool:
     """Whether an output has the precision asked for, or whole numbers where these are wanted."""
     if isinstance(got, PythonNumber) and wanted.dtype.kind == "f" and wanted.ndim == 0:
         return True                                              # it has no precision of its own
@@ -208,11 +214,11 @@ def _compare_arrays(label, got, wanted, allowed, case):
     worst = np.unravel_index(np.argmax(off), off.shape)
     if not off[worst] <= allowed:
         index, values = [int(i) for i in worst], (float(got[worst]), float(wanted[worst]))
-        raise Difference(f"{label}, worst at {index}: got {values[0]:.17g}, wanted {values[1]:.17g} "
-                         f"({off[worst]:.3g} of the largest element, allowed {allowed:.1g}; "
-                         f"{int((~(off <= allowed)).sum())} of {off.size} elements differ)", *values,
-                         output=label, index=index, got=values[0], wanted=values[1],
-                         relative=float(off[worst]))
+        raise Difference(f"{label}, worst at {index}: got {values[0]:.17g}, wanted "
+                         f"{values[1]:.17g} ({off[worst]:.3g} of the largest element, allowed "
+                         f"{allowed:.1g}; {int((~(off <= allowed)).sum())} of {off.size} elements "
+                         "differ)", *values, output=label, index=index, got=values[0],
+                         wanted=values[1], relative=float(off[worst]))
     return float(off[worst])
 
 
@@ -222,7 +228,7 @@ def _refused(case, backend):
     except NoAnswer as silent:
         if not isinstance(silent.error, Exception):              # leaving the program is no refusal
             raise
-        if backend.name != "refimpl":                            # another implementation may refuse in its own way
+        if backend.name != "refimpl":             # another implementation may refuse in its own way
             return
         if not isinstance(silent.error, ValueError):
             raise
@@ -251,7 +257,8 @@ def _same_bits(case, backend):
     kept = [None if a is None else a.copy() for a in first]
     for arguments, attributes in case.others:
         ask(backend.functions[case.function], arguments, attributes)
-    _compare_bits(case, kept, first, "in the arrays of the first answer after other calls (a buffer used twice?)")
+    _compare_bits(case, kept, first, "in the arrays of the first answer after other calls (a "
+                                     "buffer used twice?)")
     _compare_bits(case, kept, _call(case, backend), "on a second call with the same arguments")
 
 
@@ -268,8 +275,8 @@ def _own_memory(case, backend):
     for number, out in enumerate(outputs):
         for name, a in zip(case.names, arguments):
             if isinstance(a, np.ndarray) and out is not None and np.shares_memory(out, a):
-                raise Difference(f"{_output_name(case, number)}: shares memory with {name}, needed memory "
-                                 "of its own", f"memory of {name}", "memory of its own")
+                raise Difference(f"{_output_name(case, number)}: shares memory with {name}, needed "
+                                 "memory of its own", f"memory of {name}", "memory of its own")
 
 
 def _linear(case, backend):
@@ -283,15 +290,16 @@ def _linear(case, backend):
             size = max(np.abs(a).max(initial=0), np.abs(b).max(initial=0)) or 1.0
             off = np.abs(1.7 * a - 0.6 * b - both).max(initial=0) / size
             if not off <= allowed:
-                raise Difference(f"{_output_name(case, number)}: is not linear in the upstream gradient "
-                                 f"(off by {off:.3g} of the largest element)", float(off), float(allowed))
+                raise Difference(f"{_output_name(case, number)}: is not linear in the upstream "
+                                 f"gradient (off by {off:.3g} of the largest element)",
+                                 float(off), float(allowed))
 
 
 _PROMISES = {"leaves its inputs alone": _left_alone, "same bits twice": _same_bits,
              "memory of its own": _own_memory, "linear in the upstream gradient": _linear}
 
 
-def reproduction(case, backend: Backend) -> str:
+def reproduction(case: Any, backend: Backend) -> str:
     """Lines to paste, which make the same inputs again."""
     if case.folder:
         lines = ["from refimpl.conformance.golden import golden_case",
@@ -299,10 +307,12 @@ def reproduction(case, backend: Backend) -> str:
     else:
         lines = ["from refimpl.conformance import case", f"c = case({case.id!r}, seed={case.seed})"]
     if backend.name == "refimpl":
-        lines += ["from refimpl.conformance import reference", "print(c.call(reference()), c.expected)"]
+        lines += ["from refimpl.conformance import reference",
+                  "print(c.call(reference()), c.expected)"]
     elif backend.loaded:
         lines += ["from refimpl.conformance import load_backend",
                   f"print(c.call(load_backend({backend.name!r})), c.expected)"]
     else:
-        lines += ["c.check(MINE)                                    # MINE: the mapping that you gave"]
+        lines += ["c.check(MINE)                                    # MINE: the mapping that you "
+                  "gave"]
     return "\n".join(f"    {line}" for line in lines)

@@ -1,4 +1,7 @@
-"""Records of the losses and networks of Holden et al. 2017, as functions of arrays alone, and their second derivation."""
+"""Records of the losses and networks of Holden et al. 2017, as functions of arrays alone, and their
+second derivation."""
+
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +17,7 @@ T_NAMES = ("W1", "b1", "W2", "b2", "W3", "b3")
 
 # The reference, with dicts of parameters spelled out.
 
-def encode(X, W0, b0):
+def encode(X: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
     """Equation 1, hidden units of the loss network:   H = relu(max_pool(X * W0 + b0, 2))
 
     X : (N, C, T) normalised motion, W0 : (m, C, K), b0 : (m,)  ->  (N, m, T // 2)
@@ -22,104 +25,132 @@ def encode(X, W0, b0):
     return networks.encode(X, {"W0": W0, "b0": b0})
 
 
-def encode_backward(dH, X, W0, b0):
+def encode_backward(dH: np.ndarray, X: np.ndarray, W0: np.ndarray,
+                    b0: np.ndarray) -> tuple[np.ndarray, ...]:
     """dH : (N, m, T // 2)  ->  dX (N, C, T), dW0 (m, C, K), db0 (m,)"""
     dX, g = networks.encode_backward(dH, X, {"W0": W0, "b0": b0})
     return dX, g["W0"], g["b0"]
 
 
-def decode(H, W0, b0):
-    """Equation 2, back to motion with the same filters:   X = conv_transpose1d(avg_depool1d(H, 2) - b0, W0)
+def decode(H: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
+    """Equation 2, back to motion with the same filters:
+
+        X = conv_transpose1d(avg_depool1d(H, 2) - b0, W0)
 
     H : (N, m, U), W0 : (m, C, K), b0 : (m,)  ->  (N, C, 2 U)
     """
     return networks.decode(H, {"W0": W0, "b0": b0})
 
 
-def decode_backward(dX, H, W0, b0):
+def decode_backward(dX: np.ndarray, H: np.ndarray, W0: np.ndarray,
+                    b0: np.ndarray) -> tuple[np.ndarray, ...]:
     """dX : (N, C, 2 U)  ->  dH (N, m, U), dW0 (m, C, K), db0 (m,)"""
     dH, g = networks.decode_backward(dX, H, {"W0": W0, "b0": b0})
     return dH, g["W0"], g["b0"]
 
 
-def autoencoder_loss(X, W0, b0, *, alpha=0.01, mean=True):
+def autoencoder_loss(X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *, alpha: float = 0.01,
+                     mean: bool = True) -> Any:
     """Equation 3:   || X - decode(encode(X)) ||^2 + alpha || W0, b0 ||_1
 
-    X : (N, C, T), T even, W0 : (m, C, K), b0 : (m,);  mean : both sums divided by their numbers of elements
-    (as trained here), False as printed   ->  scalar
+    X : (N, C, T), T even, W0 : (m, C, K), b0 : (m,);  mean : both sums divided by their numbers of
+    elements (as trained here), False as printed   ->  scalar
     """
     return networks.autoencoder_loss(X, {"W0": W0, "b0": b0}, alpha=alpha, mean=mean)
 
 
-def autoencoder_loss_backward(dloss, X, W0, b0, *, alpha=0.01, mean=True):
+def autoencoder_loss_backward(dloss: Any, X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *,
+                              alpha: float = 0.01, mean: bool = True) -> tuple[np.ndarray, ...]:
     """dloss : scalar  ->  dX (N, C, T), dW0 (m, C, K), db0 (m,)"""
-    dX, g = networks.autoencoder_loss_backward(dloss, X, {"W0": W0, "b0": b0}, alpha=alpha, mean=mean)
+    dX, g = networks.autoencoder_loss_backward(dloss, X, {"W0": W0, "b0": b0}, alpha=alpha,
+                                               mean=mean)
     return dX, g["W0"], g["b0"]
 
 
-def transform(X, *arrays):
-    """The network T:   conv1d(relu(conv1d(relu(conv1d(X, W1, b1)), W2, b2)), W3, b3), padding "same"
+def transform(X: np.ndarray, *arrays: np.ndarray) -> np.ndarray:
+    """The network T:   conv1d(relu(conv1d(relu(conv1d(X, W1, b1)), W2, b2)), W3, b3),
+    padding "same"
 
-    X : (N, C, T), W1 : (c1, C, K), b1 : (c1,), W2 : (c2, c1, K), b2 : (c2,), W3 : (C, c2, K), b3 : (C,)  ->  (N, C, T)
+    X : (N, C, T), W1 : (c1, C, K), b1 : (c1,), W2 : (c2, c1, K), b2 : (c2,), W3 : (C, c2, K),
+    b3 : (C,)  ->  (N, C, T)
     """
     return networks.transform(X, dict(zip(T_NAMES, arrays)))
 
 
-def transform_backward(dY, X, *arrays):
+def transform_backward(dY: np.ndarray, X: np.ndarray,
+                       *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
     """dY : (N, C, T)  ->  dX (N, C, T) and a gradient for each of W1, b1, W2, b2, W3, b3"""
     dX, g = networks.transform_backward(dY, X, dict(zip(T_NAMES, arrays)))
     return (dX, *(g[name] for name in T_NAMES))
 
 
-def total_loss(*arrays, I, hidden, gram, contacts, bones, trajectory, W0, b0, mean, deviation):
-    """Equation 10 of T(I): the mean over the clips of content + style + foot + bone + trajectory, with the weights
-    1, 0.06, 0.01, 0.001 and 0.5, and 10,000 squared lengths for a squared radian of turning.
+def total_loss(*arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.ndarray,
+               contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray, W0: np.ndarray,
+               b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> Any:
+    """Equation 10 of T(I): the mean over the clips of content + style + foot + bone + trajectory,
+    with the weights 1, 0.06, 0.01, 0.001 and 0.5, and 10,000 squared lengths for a squared radian
+    of turning.
 
-    W1 ... b3 : of T, as for `transform`;  I : (N, 66, T) normalised motion;  hidden : (N, m, T // 2), encode(I) as equation 4
-    compares it;  gram : (N, m, m), the style's Gram matrices;  contacts : (N, 4, T) of 0 and 1;  bones : (20,) lengths;
-    trajectory : (N, 3, T) turning (radians a frame), forward and sideways velocity (length a frame);  W0, b0 : of the loss
-    network;  mean, deviation : (66,), motion = T(I) deviation + mean for equations 7 to 9   ->  scalar
+    W1 ... b3 : of T, as for `transform`;  I : (N, 66, T) normalised motion;
+    hidden : (N, m, T // 2), encode(I) as equation 4 compares it;  gram : (N, m, m), the style's
+    Gram matrices;  contacts : (N, 4, T) of 0 and 1;  bones : (20,) lengths;
+    trajectory : (N, 3, T) turning (radians a frame), forward and sideways velocity (length a
+    frame);  W0, b0 : of the loss network;  mean, deviation : (66,), motion = T(I) deviation + mean
+    for equations 7 to 9   ->  scalar
     """
     target = total.Target(hidden, gram, contacts, bones, trajectory)
-    return total.total_loss(dict(zip(T_NAMES, arrays)), I, target, {"W0": W0, "b0": b0}, mean, deviation)[0]
+    return total.total_loss(dict(zip(T_NAMES, arrays)), I, target, {"W0": W0, "b0": b0}, mean,
+                            deviation)[0]
 
 
-def total_loss_backward(dloss, *arrays, I, hidden, gram, contacts, bones, trajectory, W0, b0, mean, deviation):
-    """dloss : scalar  ->  a gradient for each of W1, b1, W2, b2, W3, b3; everything else is a constant"""
+def total_loss_backward(
+        dloss: Any, *arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.ndarray,
+        contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray, W0: np.ndarray,
+        b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> tuple[np.ndarray, ...]:
+    """dloss : scalar  ->  a gradient for each of W1, b1, W2, b2, W3, b3; everything else is a
+    constant"""
     target = total.Target(hidden, gram, contacts, bones, trajectory)
-    g = total.total_loss_backward(dloss, dict(zip(T_NAMES, arrays)), I, target, {"W0": W0, "b0": b0}, mean, deviation)
+    g = total.total_loss_backward(dloss, dict(zip(T_NAMES, arrays)), I, target,
+                                  {"W0": W0, "b0": b0}, mean, deviation)
     return tuple(g[name] for name in T_NAMES)
 
 
 # The second derivation: the equations in loops over frames, joints and bones.
 
-def encode_definition(X, W0, b0):
+def encode_definition(X: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
     return plain.relu(plain.max_pool1d(plain.conv1d(X, W0, b0)))
 
 
-def decode_definition(H, W0, b0):
+def decode_definition(H: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
     return plain.conv_transpose1d(plain.avg_depool1d(H) - b0[None, :, None], W0)
 
 
-def autoencoder_loss_definition(X, W0, b0, *, alpha=0.01, mean=True):
+def autoencoder_loss_definition(X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *,
+                                alpha: float = 0.01, mean: bool = True) -> np.ndarray:
     squares = ((X - decode_definition(encode_definition(X, W0, b0), W0, b0)) ** 2).ravel()
     absolute = [abs(v) for v in W0.ravel()] + [abs(v) for v in b0]
-    return np.asarray(sum(squares) / (len(squares) if mean else 1) + alpha * sum(absolute) / (len(absolute) if mean else 1))
+    return np.asarray(sum(squares) / (len(squares) if mean else 1)
+                      + alpha * sum(absolute) / (len(absolute) if mean else 1))
 
 
-def transform_definition(X, W1, b1, W2, b2, W3, b3):
-    return plain.conv1d(plain.relu(plain.conv1d(plain.relu(plain.conv1d(X, W1, b1)), W2, b2)), W3, b3)
+def transform_definition(X: np.ndarray, W1: np.ndarray, b1: np.ndarray, W2: np.ndarray,
+                         b2: np.ndarray, W3: np.ndarray, b3: np.ndarray) -> np.ndarray:
+    return plain.conv1d(
+        plain.relu(plain.conv1d(plain.relu(plain.conv1d(X, W1, b1)), W2, b2)), W3, b3)
 
 
-def content_loss_definition(H_input, H_output, *, c=1.0, squared=False):
+def content_loss_definition(H_input: np.ndarray, H_output: np.ndarray, *, c: float = 1.0,
+                            squared: bool = False) -> np.ndarray:
     return c * (plain.mean_squares if squared else plain.norm)(H_input - H_output)
 
 
-def style_loss_definition(G_style, H_output, *, s=0.01, squared=False):
+def style_loss_definition(G_style: np.ndarray, H_output: np.ndarray, *, s: float = 0.01,
+                          squared: bool = False) -> np.ndarray:
     return s * (plain.mean_squares if squared else plain.norm)(G_style - plain.gram(H_output))
 
 
-def foot_loss_definition(motion, contacts, *, target=0.0):
+def foot_loss_definition(motion: np.ndarray, contacts: np.ndarray, *,
+                         target: Any = 0.0) -> np.ndarray:
     """World velocity of each planted foot by the cross product, one frame at a time."""
     target = np.broadcast_to(target, (len(motion), 4, 3, motion.shape[2] - 1))
     result = np.zeros(len(motion), motion.dtype)
@@ -127,12 +158,13 @@ def foot_loss_definition(motion, contacts, *, target=0.0):
         if contacts[n, i, t]:
             here, there = (motion[n, 3 * FEET[i]:3 * FEET[i] + 3, u] for u in (t, t + 1))
             root = np.array([motion[n, SIDEWAYS, t], 0, motion[n, FORWARD, t]])
-            slide = root + np.cross(np.array([0, motion[n, TURN, t], 0]), here) + there - here - target[n, i, :, t]
+            slide = (root + np.cross(np.array([0, motion[n, TURN, t], 0]), here) + there - here
+                     - target[n, i, :, t])
             result[n] += np.sum(slide * slide)
     return result
 
 
-def bone_loss_definition(motion, *, lengths):
+def bone_loss_definition(motion: np.ndarray, *, lengths: np.ndarray) -> np.ndarray:
     result = np.zeros(len(motion), motion.dtype)
     for n, t in np.ndindex(len(motion), motion.shape[2]):
         for (j1, j2), length in zip(BONES, lengths):
@@ -141,107 +173,136 @@ def bone_loss_definition(motion, *, lengths):
     return result
 
 
-def trajectory_loss_definition(motion, *, wanted, turn_weight=1.0):
-    return np.array([sum(turn_weight * (m[TURN, t] - v[0, t]) ** 2 + (m[FORWARD, t] - v[1, t]) ** 2 + (m[SIDEWAYS, t] - v[2, t]) ** 2
-                         for t in range(m.shape[1])) for m, v in zip(motion, wanted)])
+def trajectory_loss_definition(motion: np.ndarray, *, wanted: np.ndarray,
+                               turn_weight: float = 1.0) -> np.ndarray:
+    return np.array([sum(turn_weight * (m[TURN, t] - v[0, t]) ** 2 + (m[FORWARD, t] - v[1, t]) ** 2
+                         + (m[SIDEWAYS, t] - v[2, t]) ** 2 for t in range(m.shape[1]))
+                     for m, v in zip(motion, wanted)])
 
 
-def total_loss_definition(*arrays, I, hidden, gram, contacts, bones, trajectory, W0, b0, mean, deviation):
+def total_loss_definition(
+        *arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.ndarray,
+        contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray, W0: np.ndarray,
+        b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
     w = total.Weights()
     O = transform_definition(I, *arrays)
     H, motion = encode_definition(O, W0, b0), O * deviation[:, None] + mean[:, None]
-    per_clip = (content_loss_definition(hidden, H, c=w.content) + style_loss_definition(gram, H, s=w.style)
-                + w.foot * foot_loss_definition(motion, contacts) + w.bone * bone_loss_definition(motion, lengths=bones)
-                + w.trajectory * trajectory_loss_definition(motion, wanted=trajectory, turn_weight=w.turn))
+    per_clip = (content_loss_definition(hidden, H, c=w.content)
+                + style_loss_definition(gram, H, s=w.style)
+                + w.foot * foot_loss_definition(motion, contacts)
+                + w.bone * bone_loss_definition(motion, lengths=bones)
+                + w.trajectory * trajectory_loss_definition(motion, wanted=trajectory,
+                                                            turn_weight=w.turn))
     return np.asarray(sum(per_clip) / len(per_clip))
 
 
 # Inputs.
 
-def network_samples(rng):
+def network_samples(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
-    return [Sample("plain", (n((2, 4, 8)), n((5, 4, 3)), n(5))), Sample("a frame left over", (n((1, 3, 7)), n((4, 3, 5)), n(4))),
+    return [Sample("plain", (n((2, 4, 8)), n((5, 4, 3)), n(5))),
+            Sample("a frame left over", (n((1, 3, 7)), n((4, 3, 5)), n(4))),
             Sample("one clip two frames", (n((1, 3, 2)), n((4, 3, 5)), n(4)))]
 
 
-def decode_samples(rng):
+def decode_samples(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
-    return [Sample("plain", (n((2, 5, 4)), n((5, 4, 3)), n(5))), Sample("one hidden frame", (n((1, 4, 1)), n((4, 3, 5)), n(4)))]
+    return [Sample("plain", (n((2, 5, 4)), n((5, 4, 3)), n(5))),
+            Sample("one hidden frame", (n((1, 4, 1)), n((4, 3, 5)), n(4)))]
 
 
-def autoencoder_samples(rng):
+def autoencoder_samples(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
     arrays = (n((2, 4, 8)), distinct(rng, 5, 4, 3) / 60, distinct(rng, 5) / 5)
     return [Sample("means", arrays), Sample("as printed", arrays, {"mean": False, "alpha": 0.3})]
 
 
-def transform_samples(rng):
+def transform_samples(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
-    return [Sample("plain", (n((2, 4, 7)), n((3, 4, 3)), n(3), n((5, 3, 3)), n(5), n((4, 5, 3)), n(4)))]
+    return [Sample("plain", (n((2, 4, 7)), n((3, 4, 3)), n(3), n((5, 3, 3)), n(5), n((4, 5, 3)),
+                             n(4)))]
 
 
-def pair_samples(rng):
+def pair_samples(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
     A = n((2, 3, 4))
-    zero = {"outputs": (np.zeros(2),), "upstream": np.array([1.0, 2]), "gradients": (np.zeros_like(A), np.zeros_like(A))}
-    return [Sample("as printed", (A, n((2, 3, 4))), {"c": 1.7}), Sample("squared", (A, n((2, 3, 4))), {"squared": True}),
+    zero = {"outputs": (np.zeros(2),), "upstream": np.array([1.0, 2]),
+            "gradients": (np.zeros_like(A), np.zeros_like(A))}
+    return [Sample("as printed", (A, n((2, 3, 4))), {"c": 1.7}),
+            Sample("squared", (A, n((2, 3, 4))), {"squared": True}),
             Sample("equal", (A, A.copy()), smooth=False, known=zero)]
 
 
-def style_samples(rng):
+def style_samples(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
-    return [Sample("as printed", (n((2, 3, 3)), n((2, 3, 4))), {"s": 0.3}), Sample("squared", (n((2, 3, 3)), n((2, 3, 4))), {"squared": True})]
+    return [Sample("as printed", (n((2, 3, 3)), n((2, 3, 4))), {"s": 0.3}),
+            Sample("squared", (n((2, 3, 3)), n((2, 3, 4))), {"squared": True})]
 
 
-def some_motion(rng, clips=2, frames=4):
+def some_motion(rng: np.random.Generator, clips: int = 2, frames: int = 4) -> np.ndarray:
     motion = rng.standard_normal((clips, FEATURES, frames)) * 5
     motion[:, TURN] *= 0.1
     return motion
 
 
-def foot_samples(rng):
+def foot_samples(rng: np.random.Generator) -> list[Sample]:
     contacts = rng.random((2, 4, 4)) < 0.6
-    return [Sample("plain", (some_motion(rng), contacts)), Sample("no contact", (some_motion(rng), np.zeros((2, 4, 4), bool))),
+    return [Sample("plain", (some_motion(rng), contacts)),
+            Sample("no contact", (some_motion(rng), np.zeros((2, 4, 4), bool))),
             Sample("one frame", (some_motion(rng, frames=1), np.ones((2, 4, 1), bool))),
-            Sample("with a target", (some_motion(rng), contacts), {"target": rng.standard_normal((2, 4, 3, 3))})]
+            Sample("with a target", (some_motion(rng), contacts),
+                   {"target": rng.standard_normal((2, 4, 3, 3))})]
 
 
-def bone_samples(rng):
+def bone_samples(rng: np.random.Generator) -> list[Sample]:
     lengths = rng.uniform(1, 9, len(BONES))
     still = np.zeros((1, FEATURES, 2))
-    zero = {"outputs": (np.array([2 * np.sum(lengths ** 2)]),), "upstream": np.array([3.0]), "gradients": (still,)}
-    return [Sample("plain", (some_motion(rng),), {"lengths": lengths}), Sample("bones of length 0", (still,), {"lengths": lengths}, smooth=False, known=zero)]
+    zero = {"outputs": (np.array([2 * np.sum(lengths ** 2)]),), "upstream": np.array([3.0]),
+            "gradients": (still,)}
+    return [Sample("plain", (some_motion(rng),), {"lengths": lengths}),
+            Sample("bones of length 0", (still,), {"lengths": lengths}, smooth=False, known=zero)]
 
 
-def trajectory_samples(rng):
+def trajectory_samples(rng: np.random.Generator) -> list[Sample]:
     return [Sample("plain", (some_motion(rng),), {"wanted": rng.standard_normal((2, 3, 4))}),
-            Sample("turn weight", (some_motion(rng),), {"wanted": rng.standard_normal((2, 3, 4)), "turn_weight": 100.0})]
+            Sample("turn weight", (some_motion(rng),),
+                   {"wanted": rng.standard_normal((2, 3, 4)), "turn_weight": 100.0})]
 
 
-def total_samples(rng):
+def total_samples(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
     W0, b0, I = n((6, FEATURES, 3)) * 0.1, n(6) * 0.1, n((2, FEATURES, 6))
     root = n((2, 6, 6))
-    constants = {"I": I, "W0": W0, "b0": b0, "hidden": encode_definition(I, W0, b0), "gram": root @ root.swapaxes(1, 2), "contacts": rng.random((2, 4, 6)) < 0.6,
-                 "bones": rng.uniform(1, 4, len(BONES)), "trajectory": n((2, 3, 6)), "mean": n(FEATURES), "deviation": rng.uniform(0.5, 3, FEATURES)}
-    arrays = (n((3, FEATURES, 3)) * 0.1, n(3), n((2, 3, 3)), n(2), n((FEATURES, 2, 3)), n(FEATURES))
+    constants = {"I": I, "W0": W0, "b0": b0, "hidden": encode_definition(I, W0, b0),
+                 "gram": root @ root.swapaxes(1, 2), "contacts": rng.random((2, 4, 6)) < 0.6,
+                 "bones": rng.uniform(1, 4, len(BONES)), "trajectory": n((2, 3, 6)),
+                 "mean": n(FEATURES), "deviation": rng.uniform(0.5, 3, FEATURES)}
+    arrays = (n((3, FEATURES, 3)) * 0.1, n(3), n((2, 3, 3)), n(2), n((FEATURES, 2, 3)),
+              n(FEATURES))
     return [Sample("plain", arrays, constants)]
 
 
 OPERATIONS = (
-    Operation("encode", ("X", "W0", "b0"), encode, encode_backward, encode_definition, network_samples, equation="equation 1"),
-    Operation("decode", ("H", "W0", "b0"), decode, decode_backward, decode_definition, decode_samples, equation="equation 2"),
-    Operation("autoencoder_loss", ("X", "W0", "b0"), autoencoder_loss, autoencoder_loss_backward, autoencoder_loss_definition, autoencoder_samples,
-              batched=(), equation="equation 3"),
-    Operation("transform", ("X", *T_NAMES), transform, transform_backward, transform_definition, transform_samples, equation="the network T"),
-    Operation("content_loss", ("H_input", "H_output"), losses.content_loss, losses.content_loss_backward, content_loss_definition, pair_samples,
-              batched=(0, 1), equation="equation 4"),
-    Operation("style_loss", ("G_style", "H_output"), losses.style_loss, losses.style_loss_backward, style_loss_definition, style_samples,
-              batched=(0, 1), equation="equation 5"),
-    Operation("foot_loss", ("motion", "contacts"), losses.foot_loss, losses.foot_loss_backward, foot_loss_definition, foot_samples,
-              batched=(0, 1), equation="equation 7"),
-    Operation("bone_loss", ("motion",), losses.bone_loss, losses.bone_loss_backward, bone_loss_definition, bone_samples, equation="equation 8"),
-    Operation("trajectory_loss", ("motion",), losses.trajectory_loss, losses.trajectory_loss_backward, trajectory_loss_definition, trajectory_samples,
+    Operation("encode", ("X", "W0", "b0"), encode, encode_backward, encode_definition,
+              network_samples, equation="equation 1"),
+    Operation("decode", ("H", "W0", "b0"), decode, decode_backward, decode_definition,
+              decode_samples, equation="equation 2"),
+    Operation("autoencoder_loss", ("X", "W0", "b0"), autoencoder_loss, autoencoder_loss_backward,
+              autoencoder_loss_definition, autoencoder_samples, batched=(), equation="equation 3"),
+    Operation("transform", ("X", *T_NAMES), transform, transform_backward, transform_definition,
+              transform_samples, equation="the network T"),
+    Operation("content_loss", ("H_input", "H_output"), losses.content_loss,
+              losses.content_loss_backward, content_loss_definition, pair_samples, batched=(0, 1),
+              equation="equation 4"),
+    Operation("style_loss", ("G_style", "H_output"), losses.style_loss, losses.style_loss_backward,
+              style_loss_definition, style_samples, batched=(0, 1), equation="equation 5"),
+    Operation("foot_loss", ("motion", "contacts"), losses.foot_loss, losses.foot_loss_backward,
+              foot_loss_definition, foot_samples, batched=(0, 1), equation="equation 7"),
+    Operation("bone_loss", ("motion",), losses.bone_loss, losses.bone_loss_backward,
+              bone_loss_definition, bone_samples, equation="equation 8"),
+    Operation("trajectory_loss", ("motion",), losses.trajectory_loss,
+              losses.trajectory_loss_backward, trajectory_loss_definition, trajectory_samples,
               batched=(), equation="equation 9"),
-    Operation("total_loss", T_NAMES, total_loss, total_loss_backward, total_loss_definition, total_samples, batched=(), tolerance=10.0, equation="equation 10"),
+    Operation("total_loss", T_NAMES, total_loss, total_loss_backward, total_loss_definition,
+              total_samples, batched=(), tolerance=10.0, equation="equation 10"),
 )

@@ -1,12 +1,17 @@
-"""The reference against itself would tell nothing. Here it is held against a second derivation and against instruments that know no derivation:
+"""The reference against itself would tell nothing. Here it is held against a second derivation and
+against instruments that know no derivation:
 
 - values: the fast form against `definitions`, which spell the formula out element by element;
-- gradients: the hand-written backward against the complex step or Richardson differences *of the definition*;
+- gradients: the hand-written backward against the complex step or Richardson differences *of the
+  definition*;
 - contract: what every backward must keep;
-- rules: kinks, ties and NaN against answers worked by hand; refused inputs against the argument that must be named.
+- rules: kinks, ties and NaN against answers worked by hand; refused inputs against the argument
+  that must be named.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,13 +23,13 @@ from .record import as_tuple, relative_difference
 from .report import row
 
 VALUES = 1e-12                                                   # relative to the largest element
-ELEMENTS = 40                                                    # of a gradient; of a larger one a sample, and all of it along a line
+ELEMENTS = 40                  # of a gradient; of a larger one a sample, and all of it along a line
 
 
 @dataclass(frozen=True)
 class Proof:
-    """One operation's verdict: how many checks of each kind were made, the largest difference of its
-    values, what failed, and a row for each check (`report.row`'s keys)."""
+    """One operation's verdict: how many checks of each kind were made, the largest difference of
+    its values, what failed, and a row for each check (`report.row`'s keys)."""
 
     operation: str
     values: int
@@ -36,7 +41,7 @@ class Proof:
     rows: tuple = ()
 
 
-def prove(*, seed=0, operations=None):
+def prove(*, seed: int = 0, operations: Iterable[str] | None = None) -> Iterator[Proof]:
     """Hold the operations one after the other against what knows nothing of them.
 
     operations : names, all unless given   ->  yields Proof
@@ -45,38 +50,43 @@ def prove(*, seed=0, operations=None):
         yield prove_operation(OPERATIONS[name], seed)
 
 
-def prove_operation(operation, seed=0):
+def prove_operation(operation: Any, seed: int = 0) -> Proof:
     """->  Proof of one operation"""
     made = {"definition": 0, "gradient": 0, "contract": 0}
     difference, failures, rows = 0.0, [], []
 
-    def note(sample, what, message="", found="", needed=""):
+    def note(sample: Any, what: str, message: str = "", found: str = "", needed: str = "") -> None:
         made[what] += 1
         if message:
             failures.append(f"{operation.name}/{sample.label}: {message}")
         function = operation.name if what == "definition" else f"{operation.name}_backward"
         rows.append({"operation": operation.name, "case": f"{operation.name}/{sample.label}/{what}",
-                     "function": function, "dtype": "float64", "grade": "wrong" if message else "agrees",
-                     "convention": "", "found": found, "needed": needed,
-                     "status": "failed" if message else "passed", "message": message})
+                     "function": function, "dtype": "float64",
+                     "grade": "wrong" if message else "agrees", "convention": "", "found": found,
+                     "needed": needed, "status": "failed" if message else "passed",
+                     "message": message})
 
     for number, sample in enumerate(operation.samples(generator(operation, seed))):
         off, allowed = _values_differ(operation, sample), VALUES * operation.tolerance
         difference = max(difference, off)
         note(sample, "definition", "" if off <= allowed else
-             f"the fast form and the definition differ by {off:.3g} of the largest element", str(off), str(allowed))
+             f"the fast form and the definition differ by {off:.3g} of the largest element",
+             str(off), str(allowed))
         if operation.backward and sample.smooth:
-            f, backward = _with_attributes(operation.definition, sample), _with_attributes(operation.backward, sample)
+            f, backward = (_with_attributes(operation.definition, sample),
+                           _with_attributes(operation.backward, sample))
             names = operation.arguments[:len(sample.inputs)]
             _note_gradient(note, sample, "gradient", lambda: check_gradient(
-                f, backward, *sample.inputs, names=names, seed=seed, contract=False, elements=ELEMENTS))
+                f, backward, *sample.inputs, names=names, seed=seed, contract=False,
+                elements=ELEMENTS))
             if number == 0:
                 _note_gradient(note, sample, "contract", lambda: check_contract(
-                    _with_attributes(operation.f, sample), backward, *sample.inputs, names=names, seed=seed))
+                    _with_attributes(operation.f, sample), backward, *sample.inputs, names=names,
+                    seed=seed))
     outcomes = list(judge_all(reference(), cases(seed=seed, operations=[operation.name])))
     failures += [outcome.message for outcome in outcomes if outcome.status != "passed"]
-    return Proof(operation.name, made["definition"], made["gradient"], made["contract"], len(outcomes), difference,
-                 tuple(failures), (*rows, *map(row, outcomes)))
+    return Proof(operation.name, made["definition"], made["gradient"], made["contract"],
+                 len(outcomes), difference, tuple(failures), (*rows, *map(row, outcomes)))
 
 
 def _note_gradient(note, sample, what, check):
@@ -93,9 +103,11 @@ def _with_attributes(function, sample):
 
 
 def _values_differ(operation, sample):
-    """Largest difference of the fast form from the definition, in largest elements; inf where shapes or NaN differ."""
+    """Largest difference of the fast form from the definition, in largest elements; inf where
+    shapes or NaN differ."""
     with np.errstate(all="ignore"):
-        pairs = zip(as_tuple(operation.f(*sample.inputs, **sample.attributes)), as_tuple(operation.definition(*sample.inputs, **sample.attributes)))
+        pairs = zip(as_tuple(operation.f(*sample.inputs, **sample.attributes)),
+                    as_tuple(operation.definition(*sample.inputs, **sample.attributes)))
         worst = 0.0
         for found, needed in pairs:
             if found.shape != needed.shape:

@@ -1,6 +1,8 @@
 """Verdicts for people (a table and the failures) and for machines (JSON, JUnit XML)."""
 
 from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Any
 from xml.etree import ElementTree
 
 from ..storage import atomic_write
@@ -10,9 +12,9 @@ STATUSES = ("passed", "failed", "skipped", "xfailed", "xpassed")
 ALWAYS = ("agrees", "wrong", "not offered")
 
 
-def table(outcomes):
-    """A row for each operation: how many cases have which grade, and the largest difference of those
-    that agree.   ->  list of str"""
+def table(outcomes: Sequence[Any]) -> list[str]:
+    """A row for each operation: how many cases have which grade, and the largest difference of
+    those that agree.   ->  list of str"""
     names = list(dict.fromkeys(outcome.case.operation.name for outcome in outcomes))
     shown = [g for g in GRADES if g in ALWAYS or any(o.grade == g for o in outcomes)]
     expected = [s for s in ("xfailed", "xpassed") if any(o.status == s for o in outcomes)]
@@ -20,40 +22,48 @@ def table(outcomes):
     for name in names + ["all"]:
         mine = [o for o in outcomes if name in ("all", o.case.operation.name)]
         grades, statuses = Counter(o.grade for o in mine), Counter(o.status for o in mine)
-        precise = [o.difference for o in mine if o.status == "passed" and o.case.precision == "float64"]
+        precise = [o.difference for o in mine
+                   if o.status == "passed" and o.case.precision == "float64"]
         rows.append([name, *(str(grades[g]) for g in shown), *(str(statuses[s]) for s in expected),
                      f"{max(precise):.1e}" if precise else "-"])
     return _columns(rows)
 
 
-def proof_table(proofs):
+def proof_table(proofs: Sequence[Any]) -> list[str]:
     """The reference's own table.   list of Proof  ->  list of str"""
-    rows = [["operation", "values", "gradients", "contract", "cases", "failed", "largest difference"]]
+    rows = [["operation", "values", "gradients", "contract", "cases", "failed",
+             "largest difference"]]
     for p in proofs:
         counted = (p.values, p.gradients, p.contracts, p.cases, len(p.failures))
         rows.append([p.operation, *map(str, counted), f"{p.difference:.1e}"])
-    total = [sum(getattr(p, key) for p in proofs) for key in ("values", "gradients", "contracts", "cases")]
+    total = [sum(getattr(p, key) for p in proofs)
+             for key in ("values", "gradients", "contracts", "cases")]
     rows.append(["all", *map(str, total), str(sum(len(p.failures) for p in proofs)),
                  f"{max(p.difference for p in proofs):.1e}"])
     return _columns(rows)
 
 
-def failures(outcomes, most=10):
-    """The messages of the failed cases, the first few in full; what is not offered by name.   ->  list of str"""
+def failures(outcomes: Sequence[Any], most: int = 10) -> list[str]:
+    """The messages of the failed cases, the first few in full; what is not offered by name.
+
+    ->  list of str
+    """
     failed = [o for o in outcomes if o.status == "failed"]
     lines = [line for o in failed[:most] for line in ["", *o.message.splitlines()]]
     if len(failed) > most:
         lines += ["", f"... and {len(failed) - most} more: "
-                  + ", ".join(o.case.id for o in failed[most:most + 8]) + (" ..." if len(failed) > most + 8 else "")]
+                  + ", ".join(o.case.id for o in failed[most:most + 8])
+                  + (" ..." if len(failed) > most + 8 else "")]
     rivals = Counter(o.rival for o in failed if o.rival)
     if rivals:
         lines += [""] + [f"{count} of the failures follow another convention: {rival}"
                          for rival, count in rivals.most_common()]
     absent = sorted({o.case.function for o in outcomes if o.grade == "not offered"})
-    return lines + (["", "skipped, not offered by the backend: " + ", ".join(absent)] if absent else [])
+    return lines + (["", "skipped, not offered by the backend: " + ", ".join(absent)] if absent
+                    else [])
 
 
-def verdict(outcomes, required=()) -> str:
+def verdict(outcomes: Sequence[Any], required: Iterable[str] = ()) -> str:
     """"agrees", "disagrees" or "nothing checked".
 
     required : functions that must be offered and take exactly what the reference takes
@@ -69,37 +79,40 @@ def verdict(outcomes, required=()) -> str:
     return "agrees"
 
 
-def misspelt(backend):
+def misspelt(backend: Any) -> list[str]:
     """A line for each name in a backend that is no operation.   ->  list of str"""
     return [f"{backend.name}: {name!r} is no operation and was not judged"
             + (f"; do you mean {near}?" if near else "") for name, near in backend.unknown]
 
 
-def last_line(outcomes, verdict):
+def last_line(outcomes: Sequence[Any], verdict: str) -> str:
     """How it ended, with the counts.   ->  str"""
     grades = Counter(o.grade for o in outcomes)
     counted = ", ".join(f"{grades[g]} {g}" for g in GRADES if grades[g])
     return f"verdict: {verdict} ({counted or 'no case'})"
 
 
-def counts(outcomes):
+def counts(outcomes: Sequence[Any]) -> dict[str, int]:
     return {status: sum(o.status == status for o in outcomes) for status in STATUSES}
 
 
-def row(outcome):
+def row(outcome: Any) -> dict[str, Any]:
     """One case for machines.   ->  flat dict"""
     o = outcome
     return {"operation": o.case.operation.name, "case": o.case.id, "function": o.case.function,
-            "dtype": o.case.precision, "grade": o.grade, "convention": o.rival, "found": _number(o.found),
-            "needed": _number(o.needed), "status": o.status, "difference": _number(o.difference),
-            "message": o.message}
+            "dtype": o.case.precision, "grade": o.grade, "convention": o.rival,
+            "found": _number(o.found), "needed": _number(o.needed), "status": o.status,
+            "difference": _number(o.difference), "message": o.message}
 
 
-def write_junit(path, backend, outcomes, complaints=()):
-    """JUnit's XML, one test case each; an expected failure counts as skipped, an unexpected pass as a failure."""
+def write_junit(path: Any, backend: Any, outcomes: Sequence[Any],
+                complaints: Sequence[str] = ()) -> None:
+    """JUnit's XML, one test case each; an expected failure counts as skipped, an unexpected pass as
+    a failure."""
     tallies = counts(outcomes)
     suite = ElementTree.Element(
-        "testsuite", name=f"refimpl check {_printable(backend.name)}", tests=str(len(outcomes) + len(complaints)),
+        "testsuite", name=f"refimpl check {_printable(backend.name)}",
+        tests=str(len(outcomes) + len(complaints)),
         failures=str(tallies["failed"] + tallies["xpassed"] + len(complaints)), errors="0",
         skipped=str(tallies["skipped"] + tallies["xfailed"]))
     for o in outcomes:
@@ -107,12 +120,14 @@ def write_junit(path, backend, outcomes, complaints=()):
         element = ElementTree.SubElement(suite, "testcase", classname=operation, name=name)
         first = _printable(o.message.split("\n")[0])
         if o.status in ("failed", "xpassed"):
-            failure = ElementTree.SubElement(element, "failure", message=first or "passed, although expected to fail")
+            failure = ElementTree.SubElement(
+                element, "failure", message=first or "passed, although expected to fail")
             failure.text = _printable(o.message)
         elif o.status in ("skipped", "xfailed"):
             ElementTree.SubElement(element, "skipped", message=first)
     for complaint in complaints:
-        element = ElementTree.SubElement(suite, "testcase", classname="golden folder", name=_printable(complaint)[:80])
+        element = ElementTree.SubElement(suite, "testcase", classname="golden folder",
+                                         name=_printable(complaint)[:80])
         ElementTree.SubElement(element, "failure", message=_printable(complaint))
     with atomic_write(path, "wb") as file:
         ElementTree.ElementTree(suite).write(file, encoding="utf-8", xml_declaration=True)
@@ -120,8 +135,8 @@ def write_junit(path, backend, outcomes, complaints=()):
 
 def _columns(rows):
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return ["  ".join(cell.ljust(w) if i == 0 else cell.rjust(w) for i, (cell, w) in enumerate(zip(row, widths)))
-            for row in rows]
+    return ["  ".join(cell.ljust(w) if i == 0 else cell.rjust(w)
+                      for i, (cell, w) in enumerate(zip(row, widths))) for row in rows]
 
 
 def _number(value):
@@ -133,4 +148,5 @@ def _number(value):
 
 def _printable(text):
     """XML allows no control characters and no halves of surrogate pairs."""
-    return "".join(c if c in "\t\n" or (ord(c) >= 32 and not 0xD800 <= ord(c) <= 0xDFFF) else "?" for c in text)
+    return "".join(c if c in "\t\n" or (ord(c) >= 32 and not 0xD800 <= ord(c) <= 0xDFFF) else "?"
+                   for c in text)

@@ -1,9 +1,12 @@
 r"""The five losses of Holden et al. 2017, equations 4 to 10, each with its gradient.
 
-Content and style compare hidden units `(N, m, T)` and Gram matrices `(N, m, m)`. Foot, bone and trajectory losses are about real
-lengths: they take *denormalised* motion `(N, 66, T)`. Every loss gives one number for each clip, `(N,)`; every backward takes the
-upstream gradient `(N,)` and the same arguments.
+Content and style compare hidden units `(N, m, T)` and Gram matrices `(N, m, m)`. Foot, bone and
+trajectory losses are about real lengths: they take *denormalised* motion `(N, 66, T)`. Every loss
+gives one number for each clip, `(N,)`; every backward takes the upstream gradient `(N,)` and the
+same arguments.
 """
+
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +17,8 @@ from ..nn.arguments import check_whole
 from ..nn.sums import power_of_two
 
 
-def content_loss(H_input, H_output, *, c=1.0, squared=False):
+def content_loss(H_input: np.ndarray, H_output: np.ndarray, *, c: float = 1.0,
+                 squared: bool = False) -> np.ndarray:
     r"""Equation 4:   c || L(I) - L(T(I)) ||   (squared=True: the 2016 code's mean of squares).
 
     H_input, H_output : (N, m, T)  ->  (N,)
@@ -23,34 +27,39 @@ def content_loss(H_input, H_output, *, c=1.0, squared=False):
     return c * measure(H_input - H_output)
 
 
-def content_loss_backward(dloss, H_input, H_output, *, c=1.0, squared=False):
+def content_loss_backward(dloss: np.ndarray, H_input: np.ndarray, H_output: np.ndarray, *,
+                          c: float = 1.0,
+                          squared: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """dloss : (N,)  ->  dH_input, dH_output (N, m, T): equal and opposite"""
     measure_backward = nn.mean_squares_backward if squared else nn.norm_backward
     dH = measure_backward(c * dloss, H_input - H_output)
     return dH, -dH
 
 
-def style_loss(G_style, H_output, *, s=0.01, squared=False):
+def style_loss(G_style: np.ndarray, H_output: np.ndarray, *, s: float = 0.01,
+               squared: bool = False) -> np.ndarray:
     r"""Equations 5 and 6:   s || Gram(L(S)) - Gram(L(T(I))) ||
 
-    G_style : (N, m, m), scaled to the output's number of frames (see `style_target`);  H_output : (N, m, T)  ->  (N,)
+    G_style : (N, m, m), scaled to the output's number of frames (see `style_target`);
+    H_output : (N, m, T)  ->  (N,)
     """
     measure = nn.mean_squares if squared else nn.norm
     return s * measure(G_style - nn.gram(H_output))
 
 
-def style_loss_backward(dloss, G_style, H_output, *, s=0.01, squared=False):
+def style_loss_backward(dloss: np.ndarray, G_style: np.ndarray, H_output: np.ndarray, *,
+                        s: float = 0.01, squared: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """dloss : (N,)  ->  dG_style (N, m, m), dH_output (N, m, T)"""
     measure_backward = nn.mean_squares_backward if squared else nn.norm_backward
     dG = measure_backward(s * dloss, G_style - nn.gram(H_output))
     return dG, nn.gram_backward(-dG, H_output)
 
 
-def style_target(exemplars, frames):
+def style_target(exemplars: list[np.ndarray], frames: int) -> np.ndarray:
     r"""The Gram matrix that an output of `frames` hidden frames should have.
 
-    A Gram matrix sums over time, so each is divided by its own frames and multiplied by the output's; several exemplars count as
-    one long one:   G = frames * sum_e Gram(H_e) / sum_e T_e
+    A Gram matrix sums over time, so each is divided by its own frames and multiplied by the
+    output's; several exemplars count as one long one:   G = frames * sum_e Gram(H_e) / sum_e T_e
 
     exemplars : list of H (m, T_e)  ->  (m, m)
     """
@@ -59,27 +68,29 @@ def style_target(exemplars, frames):
     return total * (frames / sum(H.shape[1] for H in exemplars))
 
 
-def joint_positions(motion):
+def joint_positions(motion: np.ndarray) -> np.ndarray:
     """The 21 joints of a denormalised motion, a view.   (N, 66, T)  ->  (N, 21, 3, T)"""
     return motion[:, POSITIONS].reshape(len(motion), JOINTS, 3, motion.shape[2])
 
 
-def foot_velocities(motion):
-    r"""World velocity of the four foot joints, seen in the character's frame, from each frame to the next:
+def foot_velocities(motion: np.ndarray) -> np.ndarray:
+    r"""World velocity of the four foot joints, seen in the character's frame, from each frame to
+    the next:
 
-        v_r + omega x p_j + v_j,   v_j[t] = p_j[t+1] - p_j[t],   omega x p = (turn z, 0, -turn x),   v_r = (sideways, 0, forward)
+        v_r + omega x p_j + v_j,   v_j[t] = p_j[t+1] - p_j[t],
+        omega x p = (turn z, 0, -turn x),   v_r = (sideways, 0, forward)
 
     motion : (N, 66, T)  ->  (N, 4, 3, T-1)
     """
-    p = joint_positions(motion)[:, FEET]                                                 # (N, 4, 3, T)
-    turn = motion[:, None, TURN, :-1]                                                    # (N, 1, T-1)
+    p = joint_positions(motion)[:, FEET]                         # (N, 4, 3, T)
+    turn = motion[:, None, TURN, :-1]                            # (N, 1, T-1)
     v = p[..., 1:] - p[..., :-1]
     v[:, :, 0] += motion[:, None, SIDEWAYS, :-1] + turn * p[:, :, 2, :-1]
     v[:, :, 2] += motion[:, None, FORWARD, :-1] - turn * p[:, :, 0, :-1]
     return v
 
 
-def foot_velocities_backward(dv, motion):
+def foot_velocities_backward(dv: np.ndarray, motion: np.ndarray) -> np.ndarray:
     """dv : (N, 4, 3, T-1), motion : (N, 66, T)  ->  (N, 66, T)"""
     p = joint_positions(motion)[:, FEET]
     turn = motion[:, None, TURN, :-1]
@@ -91,43 +102,48 @@ def foot_velocities_backward(dv, motion):
     dmotion = np.zeros_like(motion)
     dmotion[:, SIDEWAYS, :-1] = dv[:, :, 0].sum(axis=1)
     dmotion[:, FORWARD, :-1] = dv[:, :, 2].sum(axis=1)
-    dmotion[:, TURN, :-1] = (p[:, :, 2, :-1] * dv[:, :, 0] - p[:, :, 0, :-1] * dv[:, :, 2]).sum(axis=1)
+    dmotion[:, TURN, :-1] = (p[:, :, 2, :-1] * dv[:, :, 0]
+                             - p[:, :, 0, :-1] * dv[:, :, 2]).sum(axis=1)
     joint_positions(dmotion)[:, FEET] = dp
     return dmotion
 
 
-def foot_loss(motion, contacts, *, target=0.0):
+def foot_loss(motion: np.ndarray, contacts: np.ndarray, *, target: Any = 0.0) -> np.ndarray:
     r"""Equation 7:   sum over feet j and frames in contact of || v_r + omega x p_j + v_j - r' ||^2
 
-    motion : (N, 66, T) denormalised;  contacts : (N, 4, T) of 0 and 1, constants;  target : r', the velocity that a planted foot should
-    have, 0 or broadcastable to (N, 4, 3, T-1)   ->  (N,), length^2 / frame^2
+    motion : (N, 66, T) denormalised;  contacts : (N, 4, T) of 0 and 1, constants;  target : r', the
+    velocity that a planted foot should have, 0 or broadcastable to (N, 4, 3, T-1)
+    ->  (N,), length^2 / frame^2
     """
     slide = contacts[:, :, None, :-1] * (foot_velocities(motion) - target)
     return nn.sum_squares(slide)
 
 
-def foot_loss_backward(dloss, motion, contacts, *, target=0.0):
+def foot_loss_backward(dloss: np.ndarray, motion: np.ndarray, contacts: np.ndarray, *,
+                       target: Any = 0.0) -> np.ndarray:
     """dloss : (N,)  ->  dmotion (N, 66, T); contacts and target are constants"""
     planted = contacts[:, :, None, :-1]
     slide = planted * (foot_velocities(motion) - target)
     return foot_velocities_backward(planted * nn.sum_squares_backward(dloss, slide), motion)
 
 
-def bone_loss(motion, lengths):
+def bone_loss(motion: np.ndarray, lengths: Any) -> np.ndarray:
     r"""Equation 8:   sum over bones b = (j1, j2) and frames of ( || p_j1 - p_j2 || - l_b )^2
 
-    motion : (N, 66, T) denormalised;  lengths : (20,) in the order of `joints.BONES`  ->  (N,), length^2
+    motion : (N, 66, T) denormalised;  lengths : (20,) in the order of `joints.BONES`
+    ->  (N,), length^2
     """
     return nn.sum_squares(_bone_errors(motion, lengths)[1])
 
 
-def bone_loss_backward(dloss, motion, lengths):
-    """The length of a bone grows along the bone at one end and against it at the other.   dloss : (N,)  ->  dmotion (N, 66, T)
+def bone_loss_backward(dloss: np.ndarray, motion: np.ndarray, lengths: Any) -> np.ndarray:
+    """The length of a bone grows along the bone at one end and against it at the other.
 
+    dloss : (N,)  ->  dmotion (N, 66, T)
     At a bone of length 0 the gradient is 0 (the kink rule of a norm).
     """
     direction, errors = _bone_errors(motion, lengths)
-    d_bones = nn.sum_squares_backward(dloss, errors)[:, :, None] * direction             # (N, 20, 3, T)
+    d_bones = nn.sum_squares_backward(dloss, errors)[:, :, None] * direction      # (N, 20, 3, T)
     dmotion = np.zeros_like(motion)
     dp = joint_positions(dmotion)
     for b, (j1, j2) in enumerate(BONES):
@@ -137,7 +153,8 @@ def bone_loss_backward(dloss, motion, lengths):
 
 
 def _bone_errors(motion, lengths):
-    """Directions of the bones (N, 20, 3, T), 0 for one of length 0, and errors of their lengths (N, 20, T)."""
+    """Directions of the bones (N, 20, 3, T), 0 for one of length 0, and errors of their lengths
+    (N, 20, T)."""
     p = joint_positions(motion)
     j1, j2 = np.array(BONES).T
     bones = p[:, j1] - p[:, j2]
@@ -148,20 +165,25 @@ def _bone_errors(motion, lengths):
     return direction, scale * length - np.asarray(lengths, dtype=motion.real.dtype)[:, None]
 
 
-def trajectory_loss(motion, wanted, *, turn_weight=1.0):
+def trajectory_loss(motion: np.ndarray, wanted: np.ndarray, *,
+                    turn_weight: float = 1.0) -> np.ndarray:
     r"""Equation 9, with both squares:   turn_weight || turn - turn' ||^2 + || v_r - v_r' ||^2
 
-    motion : (N, 66, T) denormalised;  wanted : (N, 3, T) turning, forward and sideways velocity of the input  ->  (N,)
+    motion : (N, 66, T) denormalised;  wanted : (N, 3, T) turning, forward and sideways velocity of
+    the input  ->  (N,)
     turn_weight : what a squared radian is worth in squared lengths; 1 as printed.
     """
-    return nn.sum_squares(_trajectory_scale(motion, turn_weight) * (motion[:, VELOCITIES] - wanted))
+    return nn.sum_squares(_trajectory_scale(motion, turn_weight)
+                          * (motion[:, VELOCITIES] - wanted))
 
 
-def trajectory_loss_backward(dloss, motion, wanted, *, turn_weight=1.0):
+def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray, wanted: np.ndarray, *,
+                             turn_weight: float = 1.0) -> np.ndarray:
     """dloss : (N,)  ->  dmotion (N, 66, T)"""
     root = _trajectory_scale(motion, turn_weight)
     dmotion = np.zeros_like(motion)
-    dmotion[:, VELOCITIES] = root * nn.sum_squares_backward(dloss, root * (motion[:, VELOCITIES] - wanted))
+    dmotion[:, VELOCITIES] = root * nn.sum_squares_backward(
+        dloss, root * (motion[:, VELOCITIES] - wanted))
     return dmotion
 
 

@@ -249,7 +249,8 @@ def _quote(text):
 def write_bvh(path, clip):
     """Write a clip; what is read back is equal to the last bit, and no number needs an exponent.
 
-    The file appears whole or not at all. Raises OSError when it cannot be written, BVHError when the clip's parts disagree.
+    The file appears whole or not at all. Raises OSError when it cannot be written, BVHError when the clip's parts disagree or would
+    be read back as something else (a name with a space in it, two joints of one name, a frame time of 0).
     """
     with atomic_write(path) as file:
         file.write(format_bvh(clip))
@@ -264,10 +265,20 @@ def format_bvh(clip):
         frame, channel = np.argwhere(~np.isfinite(clip.values))[0]
         raise BVHError(f"clip.values: found {clip.values[frame, channel]} in frame {frame}, channel {channel}, "
                        "needed finite numbers")
-    lines = ["HIERARCHY"] + _hierarchy_lines(clip.joints)
-    lines += ["MOTION", f"Frames:\t{clip.frames}", f"Frame Time:\t{_decimal(clip.frame_time)}"]
-    lines += [" ".join(map(_decimal, row)) for row in clip.values]
-    return "\n".join(lines) + "\n"
+    header, time = ["HIERARCHY", *_hierarchy_lines(clip.joints), "MOTION"], f"Frame Time:\t{_decimal(clip.frame_time)}"
+    _check_header([*header, "Frames:\t1", time, _row(clip.values[0])], clip)
+    return "\n".join([*header, f"Frames:\t{clip.frames}", time, *map(_row, clip.values)]) + "\n"
+
+
+def _check_header(lines, clip):
+    """The reader must find the same joints and frame time again, or nobody can."""
+    try:
+        again = parse_bvh("\n".join(lines) + "\n", "the clip")
+    except BVHError as error:
+        raise BVHError(f"clip: found something that cannot be read again, needed what the format can hold ({error})") from None
+    if again.joints != tuple(clip.joints) or again.frame_time != clip.frame_time:
+        changed = [joint.name for joint, other in zip(clip.joints, again.joints) if joint != other]
+        raise BVHError(f"clip: found {', '.join(map(repr, changed[:3]))}, needed joints and a frame time that are read back as they are")
 
 
 def _hierarchy_lines(joints):

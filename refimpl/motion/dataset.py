@@ -137,7 +137,12 @@ def prepare(folder, labels, *, fraction=HELD_OUT, overrides=None, report=lambda 
     named = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(labels)}
 
     def parts():
-        read = (executor.map if executor else map)(functools.partial(_read_part, overrides=overrides), named.values())
+        read_one = functools.partial(_read_part, overrides=overrides)
+        if executor:                                             # not its map, which cancels what runs when the command is stopped
+            futures = [executor.submit(read_one, path) for path in named.values()]
+            read = (future.result() for future in futures)
+        else:
+            read = map(read_one, named.values())
         for (name, path), part in zip(named.items(), read):
             report(path)
             yield name, part

@@ -84,6 +84,8 @@ def map_joints(joints, overrides=None, name="the skeleton"):
         if best is None or len(found) > len(best[1]):
             best = family, found
     family, found = best
+    if set(overrides) >= set(SLOTS):
+        family = "the mapping's"
     tips = np.zeros((JOINTS, 3))
     for side in ("Left", "Right"):
         for tip, base, make in ((f"{side}Finger", f"{side}Hand", _finger_tip), (f"{side}Toe", f"{side}Foot", _toe_tip)):

@@ -113,6 +113,11 @@ def _carrier(clip, hips):
     return j
 
 
+def carries_hips(take):
+    """Whether some joint of the take's file has the position channels that a path needs.   ->  bool"""
+    return _carrier(take.clip, int(take.mapping.joints[SLOT["Hips"]])) >= 0
+
+
 def to_clip(take, targets):
     """The take's clip with its 21 points moved to the targets, at 60 frames a second: ready for `bvh.write_bvh`.
 

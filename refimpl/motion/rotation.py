@@ -3,12 +3,14 @@ r"""Rotations as free functions on arrays `[..., 3, 3]` that turn column vectors
 Angles are radians everywhere except inside BVH files. The axes are right-handed.
 """
 
+from typing import Any
+
 import numpy as np
 
 AXES = "XYZ"
 
 
-def axis_rotation(axis, angle):
+def axis_rotation(axis: str, angle: Any) -> np.ndarray:
     r"""Rotation about one coordinate axis.
 
     axis : "X", "Y" or "Z";  angle : [...] radians  ->  [..., 3, 3]
@@ -28,23 +30,25 @@ def axis_rotation(axis, angle):
     return R
 
 
-def euler_to_matrix(angles, order):
-    r"""Intrinsic rotations in the order in which they are listed: `R = R_order[0](a0) @ R_order[1](a1) @ ...`
+def euler_to_matrix(angles: Any, order: str) -> np.ndarray:
+    r"""Intrinsic rotations in the order in which they are listed:
+    `R = R_order[0](a0) @ R_order[1](a1) @ ...`
 
     angles : [..., n] radians, order : a word of n axes such as "ZXY"  ->  [..., 3, 3]
     """
     angles = np.asarray(angles, dtype=float)
     if not isinstance(order, str) or set(order) - set(AXES) or angles.shape[-1:] != (len(order),):
-        raise ValueError(f"order: found {order!r} for {angles.shape[-1:]} angles, needed a word of as many "
-                         "of the axes X, Y, Z")
+        raise ValueError(f"order: found {order!r} for {angles.shape[-1:]} angles, needed a word of "
+                         "as many of the axes X, Y, Z")
     R = np.broadcast_to(np.eye(3), angles.shape[:-1] + (3, 3))
     for n, axis in enumerate(order):
         R = R @ axis_rotation(axis, angles[..., n])
     return R
 
 
-def matrix_to_euler(R, order):
-    r"""Angles (a, b, c) with `R = R_i(a) @ R_j(b) @ R_k(c)`, the inverse of `euler_to_matrix` for three different axes.
+def matrix_to_euler(R: np.ndarray, order: str) -> np.ndarray:
+    r"""Angles (a, b, c) with `R = R_i(a) @ R_j(b) @ R_k(c)`, the inverse of `euler_to_matrix` for
+    three different axes.
 
     With s = +1 for XYZ, YZX, ZXY and s = -1 for the others, multiplying out gives
 
@@ -56,18 +60,20 @@ def matrix_to_euler(R, order):
     Raises ValueError when the order repeats an axis.
     """
     if sorted(order) != list(AXES):
-        raise ValueError(f"order {order!r}: three different axes are needed to write any rotation as Euler angles")
+        raise ValueError(f"order {order!r}: three different axes are needed to write any rotation "
+                         "as Euler angles")
     i, j, k = (AXES.index(axis) for axis in order)
     s = 1.0 if (j - i) % 3 == 1 else -1.0
     cos_b = np.hypot(R[..., j, k], R[..., k, k])
     b = np.arctan2(s * R[..., i, k], cos_b)
     pole = cos_b < 1e-9
-    a = np.where(pole, np.arctan2(s * R[..., k, j], R[..., j, j]), np.arctan2(-s * R[..., j, k], R[..., k, k]))
+    a = np.where(pole, np.arctan2(s * R[..., k, j], R[..., j, j]),
+                 np.arctan2(-s * R[..., j, k], R[..., k, k]))
     c = np.where(pole, 0.0, np.arctan2(-s * R[..., i, j], R[..., i, i]))
     return np.stack([a, b, c], axis=-1)
 
 
-def hat(v):
+def hat(v: Any) -> np.ndarray:
     r"""The matrix of the cross product: `hat(v) @ x = v x x`.   v : [..., 3]  ->  [..., 3, 3]"""
     v = np.asarray(v, dtype=float)
     K = np.zeros(v.shape + (3,))
@@ -75,10 +81,11 @@ def hat(v):
     return K - K.swapaxes(-1, -2)
 
 
-def exp_map(v):
+def exp_map(v: Any) -> np.ndarray:
     r"""Rodrigues' formula, from a rotation vector (axis times angle) to its matrix:
 
-        R = I + sin t hat(u) + (1 - cos t) hat(u)^2,   t = |v|,   u = v / t,   1 - cos t = 2 sin^2(t/2)
+        R = I + sin t hat(u) + (1 - cos t) hat(u)^2,
+        t = |v|,   u = v / t,   1 - cos t = 2 sin^2(t/2)
 
     v : [..., 3] radians  ->  [..., 3, 3].   Raises ValueError for numbers that are not finite.
 
@@ -89,18 +96,20 @@ def exp_map(v):
     """
     v = np.asarray(v, dtype=float)
     with np.errstate(over="ignore"):
-        t = np.hypot(np.hypot(v[..., 0], v[..., 1]), v[..., 2])[..., None]   # squares would overflow
+        t = np.hypot(np.hypot(v[..., 0], v[..., 1]), v[..., 2])[..., None]  # squares would overflow
     if not np.isfinite(t).all():
-        raise ValueError("v: found a rotation vector whose length is no finite number, needed one in radians")
+        raise ValueError("v: found a rotation vector whose length is no finite number, needed one "
+                         "in radians")
     K = hat(v / np.where(t > 0, t, 1.0))
     t = t[..., None]
     return np.eye(3) + np.sin(t) * K + 2 * np.sin(t / 2) ** 2 * (K @ K)
 
 
-def log_map(R):
+def log_map(R: Any) -> np.ndarray:
     r"""The shortest rotation vector of a matrix, |v| <= pi, the inverse of `exp_map`.
 
-    By way of the unit quaternion (w, x, y, z), whose largest component is found first so that nothing is lost near a half turn:
+    By way of the unit quaternion (w, x, y, z), whose largest component is found first so that
+    nothing is lost near a half turn:
 
         v = 2 atan2(|xyz|, w) xyz / |xyz|
 
@@ -113,17 +122,20 @@ def log_map(R):
     return factor * xyz
 
 
-def matrix_to_quaternion(R):
+def matrix_to_quaternion(R: Any) -> np.ndarray:
     r"""Unit quaternion (w, x, y, z), w >= 0, of a rotation.
 
-    4 q q^T is linear in R, so each of its rows is a multiple of q; the row with the largest diagonal is the exact one.
+    4 q q^T is linear in R, so each of its rows is a multiple of q; the row with the largest
+    diagonal is the exact one.
 
     R : [..., 3, 3]  ->  [..., 4]
     """
     R = np.asarray(R, dtype=float)
     xx, yy, zz = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
-    wx, wy, wz = (R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1])
-    xy, xz, yz = (R[..., 1, 0] + R[..., 0, 1], R[..., 0, 2] + R[..., 2, 0], R[..., 2, 1] + R[..., 1, 2])
+    wx, wy, wz = (R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0],
+                  R[..., 1, 0] - R[..., 0, 1])
+    xy, xz, yz = (R[..., 1, 0] + R[..., 0, 1], R[..., 0, 2] + R[..., 2, 0],
+                  R[..., 2, 1] + R[..., 1, 2])
     Q = np.stack([1 + xx + yy + zz, wx, wy, wz,
                   wx, 1 + xx - yy - zz, xy, xz,
                   wy, xy, 1 - xx + yy - zz, yz,
@@ -134,7 +146,7 @@ def matrix_to_quaternion(R):
     return np.where(q[..., :1] < 0, -q, q)
 
 
-def slerp(R0, R1, t):
+def slerp(R0: np.ndarray, R1: np.ndarray, t: Any) -> np.ndarray:
     r"""Spherical interpolation along the shortest turn: `R0 exp(t log(R0^T R1))`.
 
     R0, R1 : [..., 3, 3], t : broadcastable to [...], 0 gives R0 and 1 gives R1  ->  [..., 3, 3]
@@ -142,27 +154,31 @@ def slerp(R0, R1, t):
     return R0 @ exp_map(np.asarray(t)[..., None] * log_map(R0.swapaxes(-1, -2) @ R1))
 
 
-def shortest_rotation(a, b):
+def shortest_rotation(a: Any, b: Any) -> np.ndarray:
     r"""The smallest rotation that turns the direction of a into that of b (no twist about either).
 
         R = I + hat(c) + hat(c)^2 / (1 + a.b),   c = a x b,  for unit a, b
 
-    a, b : [..., 3]  ->  [..., 3, 3]. A zero vector gives the identity; opposite vectors a half turn about some normal.
+    a, b : [..., 3]  ->  [..., 3, 3]. A zero vector gives the identity; opposite vectors a half turn
+    about some normal.
     """
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     na, nb = np.linalg.norm(a, axis=-1, keepdims=True), np.linalg.norm(b, axis=-1, keepdims=True)
     zero = (na < 1e-12) | (nb < 1e-12)
-    a, b = np.where(zero, [1.0, 0, 0], a / np.where(zero, 1, na)), np.where(zero, [1.0, 0, 0], b / np.where(zero, 1, nb))
+    a, b = (np.where(zero, [1.0, 0, 0], a / np.where(zero, 1, na)),
+            np.where(zero, [1.0, 0, 0], b / np.where(zero, 1, nb)))
     dot = np.sum(a * b, axis=-1)[..., None, None]
     K = hat(np.cross(a, b))
     opposite = dot < -1 + 1e-12
     normal = np.cross(a, np.where(np.abs(a[..., :1]) < 0.9, [1.0, 0, 0], [0, 1.0, 0]))
     normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-    return np.where(opposite, exp_map(np.pi * normal), np.eye(3) + K + K @ K / np.where(opposite, 1.0, 1 + dot))
+    return np.where(opposite, exp_map(np.pi * normal),
+                    np.eye(3) + K + K @ K / np.where(opposite, 1.0, 1 + dot))
 
 
-def best_rotation(a, b):
-    r"""The rotation that brings several vectors a_n nearest to b_n in the least-squares sense (Kabsch):
+def best_rotation(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    r"""The rotation that brings several vectors a_n nearest to b_n in the least-squares sense
+    (Kabsch):
 
         R = U diag(1, 1, det(U V^T)) V^T,   U S V^T = sum_n b_n a_n^T
 
@@ -173,6 +189,7 @@ def best_rotation(a, b):
     return U @ Vt
 
 
-def yaw_rotation(yaw):
-    r"""Turn about the vertical y axis. A figure that faces +z at yaw 0 faces (sin yaw, 0, cos yaw); positive is to its left."""
+def yaw_rotation(yaw: Any) -> np.ndarray:
+    r"""Turn about the vertical y axis. A figure that faces +z at yaw 0 faces (sin yaw, 0, cos yaw);
+    positive is to its left."""
     return axis_rotation("Y", yaw)

@@ -41,14 +41,16 @@ class Take:
 def make_take(clip, overrides=None, name="the clip"):
     """Clip, {slot: joint}  ->  Take.   Raises MappingError (a joint is missing) or ValueError (no legs, nothing finite)."""
     mapping = map_joints(clip.joints, overrides, name)
-    rotations, translations = clip_at(clip, FPS)
-    positions = mapping.positions(*forward_kinematics(clip.parents, rotations, translations))
-    upright = _Z_UP_TO_Y_UP if up_axis(positions) == "z" else np.eye(3)
-    positions = positions @ upright.T
-    if not leg_length(positions) > 0:
+    with np.errstate(over="ignore", invalid="ignore"):           # what is beyond all measure is told below
+        rotations, translations = clip_at(clip, FPS)
+        positions = mapping.positions(*forward_kinematics(clip.parents, rotations, translations))
+        upright = _Z_UP_TO_Y_UP if up_axis(positions) == "z" else np.eye(3)
+        positions = positions @ upright.T
+        leg = leg_length(positions)
+    if not leg > 0:
         raise ValueError(f"{name}: found legs of length 0, needed thighs and shins; are all offsets and positions 0?")
-    if not LEG_RANGE[0] <= leg_length(positions) <= LEG_RANGE[1] or not plausible(positions):
-        raise ValueError(f"{name}: found a leg {leg_length(positions):g} long and joints up to {np.abs(positions).max():g} away, needed a "
+    if not LEG_RANGE[0] <= leg <= LEG_RANGE[1] or not plausible(positions):
+        raise ValueError(f"{name}: found a leg {leg:g} long and joints up to {np.abs(positions).max():g} away, needed a "
                          f"leg from {LEG_RANGE[0]:g} to {LEG_RANGE[1]:g} and joints within 1e9; is an OFFSET or a position absurd?")
     across = positions[:, SLOT["LeftUpLeg"]] - positions[:, SLOT["RightUpLeg"]]
     if not np.linalg.norm(across[:, [0, 2]], axis=1).min() > 0:
@@ -62,7 +64,12 @@ def make_take(clip, overrides=None, name="the clip"):
 
 def read_take(path, overrides=None):
     """Read a BVH file and make it ready.   path, {slot: joint}  ->  Take.   Raises BVHError, MappingError, ValueError, OSError."""
-    return make_take(bvh.read_bvh(path), overrides, str(path))
+    try:
+        return make_take(bvh.read_bvh(path), overrides, str(path))
+    except ValueError as error:
+        if str(path) in str(error):
+            raise
+        raise ValueError(f"{path}: {error}") from None
 
 
 def up_axis(positions):

@@ -27,8 +27,8 @@ CONVENTIONS = (
                (("the larger half to the left", "ONNX SAME_LOWER"),)),
     Convention("an infinite or NaN filter where it meets the padding",
                "the padding is zeros like any others: 0 times infinity is NaN",
-               "y = sum w x with x = 0 outside its frames, as it stands; what cropping takes away is "
-               "never multiplied",
+               "y = sum w x with x = 0 outside its frames, as it stands; what cropping takes away "
+               "is never multiplied",
                (("what lies outside is left out", "kernels that skip it"),)),
     Convention("equal largest elements in a max-pool window", "all the gradient to the first",
                "one definite subgradient, and what most kernels do",

@@ -83,7 +83,7 @@ def norm_backward(dy: np.ndarray, r: np.ndarray) -> np.ndarray:
     """
     _check(r, dy=dy)
     _, part, squares = _scaled(r)
-    y = np.sqrt(squares)                                     # of r divided by its scale, as `part` is
+    y = np.sqrt(squares)                                   # of r divided by its scale, as `part` is
     return _spread(dy, r) * (part / _spread(np.where(y == 0, r.dtype.type(1), y), r))
 
 

@@ -116,7 +116,8 @@ def avg_pool1d(x: np.ndarray, width: int = 2, *, stride: int | None = None, padd
     """
     check_arrays(x=x, ndim={"x": 3})
     positions, count = _counts(x, width, stride, padding, ceil_mode, count_include_pad)
-    padded = np.pad(x, ((0, 0), (0, 0), (int(padding), int(width))))  # the last window begins inside
+    # The last window begins inside.
+    padded = np.pad(x, ((0, 0), (0, 0), (int(padding), int(width))))
     return _mean(padded[:, :, positions + int(padding)], count)
 
 

@@ -26,7 +26,7 @@ from . import conv
 from .plan import Plan
 from .sums import wide_sum
 
-NARROWEST = 8                                                # filters below this are faster directly
+NARROWEST = 8                                               # filters below this are faster directly
 
 
 def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride: int = 1,

@@ -4,7 +4,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
-from refimpl.motion import bvh
+from refimpl.motion import bvh, synthetic
 from refimpl.motion.bvh import BVHError, Clip, Joint
 
 SMALL = """HIERARCHY
@@ -150,3 +150,23 @@ def test_no_exponent_is_written():
     clip = bvh.parse_bvh(SMALL)
     tiny = Clip(clip.joints, clip.frame_time, np.full_like(clip.values, 5.1e-17))
     assert "e" not in bvh.format_bvh(tiny).split("MOTION")[1].replace("Frame Time", "").replace("Frames", "")
+
+
+@pytest.mark.parametrize("change", [{"name": "a  b"}, {"name": " a"}, {"name": "a\tb"}, {"name": "a\nb"}, {"name": ""}, {"name": "a{b"}, {"name": "a}"},
+                                    {"name": "Hips"}, {"offset": (np.nan, 0, 0)}, {"offset": (np.inf, 0, 0)}, {"channels": ("Xrotation",) * 3},
+                                    {"channels": ("Wrotation", "Xrotation", "Yrotation")}], ids=str)
+def test_a_clip_that_would_be_read_back_as_another_is_not_written(change, tmp_path):
+    from dataclasses import replace
+    clip = synthetic.make_clip(seconds=0.1).clip
+    odd = replace(clip, joints=(*clip.joints[:1], replace(clip.joints[1], **change), *clip.joints[2:]))
+    (tmp_path / "a.bvh").write_text("old")
+    with pytest.raises(bvh.BVHError, match="^clip"):
+        bvh.write_bvh(tmp_path / "a.bvh", odd)
+    assert (tmp_path / "a.bvh").read_text() == "old"
+
+
+@pytest.mark.parametrize("time", [0.0, np.nan, -1.0, np.inf])
+def test_a_frame_time_that_no_reader_takes_is_not_written(time, tmp_path):
+    from dataclasses import replace
+    with pytest.raises(bvh.BVHError, match="^clip"):
+        bvh.write_bvh(tmp_path / "a.bvh", replace(synthetic.make_clip(seconds=0.1).clip, frame_time=time))
