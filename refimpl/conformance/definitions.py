@@ -29,12 +29,16 @@ def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride:
     T_out = len([t for t in range(0, T + left + right, stride)
                  if t + dilation * (K - 1) < T + left + right])
     y = np.zeros((N, O, T_out), np.result_type(x, w, *([] if b is None else [b])))
+    strange = not np.isfinite(w).all()
     for n, o, t in np.ndindex(y.shape):
         first = o // (O // groups) * Cg
         for c in range(Cg):
             for k in range(K):
                 s = t * stride + k * dilation - left
-                y[n, o, t] += w[o, c, k] * (x[n, first + c, s] if 0 <= s < T else 0.0)
+                if 0 <= s < T:
+                    y[n, o, t] += w[o, c, k] * x[n, first + c, s]
+                elif strange:                                    # 0 times infinity is NaN
+                    y[n, o, t] += w[o, c, k] * 0.0
         if b is not None:
             y[n, o, t] += b[o]
     return y

@@ -158,11 +158,22 @@ def _bone_errors(motion, lengths):
     p = joint_positions(motion)
     j1, j2 = np.array(BONES).T
     bones = p[:, j1] - p[:, j2]
-    scale = power_of_two(np.abs(bones).max(axis=2))             # squares would overflow, or vanish
-    part = bones / scale[:, :, None]
-    length = np.sqrt(np.sum(part * part, axis=2))
-    direction = part / np.where(length == 0, 1, length)[:, :, None]
-    return direction, scale * length - np.asarray(lengths, dtype=motion.real.dtype)[:, None]
+    direction, found = _unit_vectors(bones)
+    return direction, found - np.asarray(lengths, dtype=motion.real.dtype)[:, None]
+
+
+def _unit_vectors(v):
+    """Directions (N, b, 3, T), 0 for a vector of length 0, and lengths (N, b, T)."""
+    with np.errstate(over="ignore", under="ignore"):
+        squares = np.sum(v * v, axis=2)
+    real, scale = v.real.dtype, None
+    if not np.all((squares.real > np.finfo(real).tiny / np.finfo(real).eps) & (squares.real < np.inf)):
+        scale = power_of_two(np.abs(v).max(axis=2))             # some squares overflow, or vanish
+        v = v / scale[:, :, None]
+        squares = np.sum(v * v, axis=2)
+    length = np.sqrt(squares)
+    direction = v / np.where(length == 0, 1, length)[:, :, None]
+    return direction, length if scale is None else scale * length
 
 
 def trajectory_loss(motion: np.ndarray, wanted: np.ndarray, *,

@@ -156,7 +156,7 @@ class AutoencoderStep:
         error = self.decoder.forward(self.V_half)                # (B, T / 2, 2 x 66), in time order (B, T, 66)
         error = error.reshape(len(X), -1, X.shape[1])
         error -= X.swapaxes(1, 2)
-        loss = wide_sum(error * error) / error.size + self.alpha * (np.abs(W0).sum() + np.abs(b0).sum()) / size
+        loss = sum(float(np.vdot(e, e)) for e in error) / error.size + self.alpha * (np.abs(W0).sum() + np.abs(b0).sum()) / size
         error *= Z.dtype.type(2 / error.size)
         dE, d_half = self.decoder.backward(error.reshape(len(X), -1, 2 * X.shape[1]), self.V_half)
         db0 = -wide_sum(dE, (0, 1))

@@ -160,9 +160,16 @@ def absolute_error_backward(dloss: Any, x: np.ndarray, y: np.ndarray, *,
 def _scaled(r):
     """r divided by a power of two near the largest element of its clip.   (N, ...)
 
-    ->  the power (N,), r divided by it (N, ...), the sum of the squares of that (N,)
+    ->  the power (N,), r divided by it (N, ...), the sum of the squares of that (N,). The power is 1
+    where no square overflows or vanishes: nearly always.
     """
     _check(r)
+    real = r.real.dtype
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        squares = wide_sum(r * r, _rest(r))
+    least = np.finfo(real).tiny / np.finfo(real).eps * max(r[:1].size, 1)
+    if np.all((squares.real > least) & (squares.real < np.inf)):
+        return np.ones(len(r), real), r, squares
     largest = np.max(np.abs(r), axis=_rest(r), initial=0)
     scale = power_of_two(largest)
     part = r / _spread(scale, r)

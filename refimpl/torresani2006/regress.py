@@ -54,7 +54,7 @@ def fit_pca(sequences, components=COMPONENTS, length=LENGTH):
     check_whole("length", length, 1)
     check_whole("components", components, 1)
     if len({angles.shape[1] for angles in sequences}) != 1:
-        raise RegressError(f"sequences: found {sorted({angles.shape[1] for angles in sequences})} angles a frame, needed one number for all")
+        raise RegressError(f"sequences: found angles a frame {sorted({angles.shape[1] for angles in sequences})}, needed one number for all")
     X = np.stack([stretched(angles, length).ravel() for angles in sequences])
     mean = X.mean(axis=0)
     _, size, basis = np.linalg.svd(X - mean, full_matrices=False)
