@@ -19,13 +19,12 @@ from typing import Any
 
 import numpy as np
 
+from .backend import TOLERANCES
 from .cases import PROMISES
 from .record import as_tuple, cast, relative_difference
 from .rivals import RIVALS
 
 FAR = 1000.0                                             # bounds between a rival and the reference
-# As `backend.TOLERANCES`, never what a backend declares.
-ROUNDING = {"float64": 1e-12, "float32": 1e-5}
 
 
 def conventions(failures: Iterable) -> dict[str, str]:
@@ -89,7 +88,8 @@ def _fit(rival, outcome) -> str:
 def _bounds(case):
     if case.exact:
         return (1e-15,) * len(case.expected)
-    return tuple(ROUNDING[case.precision] * f + slack
+    # The kit's own tolerances, never what a backend declares.
+    return tuple(TOLERANCES[case.precision] * f + slack
                  for f, slack in zip(case.allowances, case.slacks))
 
 

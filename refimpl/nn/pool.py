@@ -203,6 +203,10 @@ def _counts(x, width, stride, padding, ceil_mode, count_include_pad):
 
 def _mean(windows, count):
     """The last axis added up and divided by count; the sum may overflow where its mean does not."""
+    with np.errstate(over="ignore"):
+        total = wide_sum(windows, -1)
+    if np.isfinite(total).all():                                 # nearly always
+        return total / count
     scale = power_of_two(np.abs(windows).max(axis=-1))
     return scale * (wide_sum(windows / scale[..., None], -1) / count)
 
