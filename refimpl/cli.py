@@ -81,19 +81,14 @@ def main(argv=None):
 def _run(arguments):
     """Check that no output would destroy anything, then do the work with the inputs protected."""
     inputs, outputs = files_of(arguments)
-    folders = {word: path for word, path in inputs.items() if isinstance(path, InputFolder)}
-    below = [path for folder in folders.values() for path in _files_below(folder)]
-    check_outputs({w: p for w, p in outputs.items() if not isinstance(p, OutputFolder)}, inputs)
-    read = {identity(path): path for path in below}
+    folders = [path for path in inputs.values() if isinstance(path, InputFolder)]
+    read = {**inputs, **{path: path for folder in folders for path in _files_below(folder)}}
+    check_outputs({w: p for w, p in outputs.items() if not isinstance(p, OutputFolder)}, read)
     for word, path in outputs.items():
-        if isinstance(path, OutputFolder):
-            if identity(path) in {identity(folder) for folder in folders.values()}:
-                raise OutputError(f"{path}: found one folder for {word} and the input, needed another "
-                                  "one to write into; nothing was written")
-        elif identity(path) in read:
-            raise OutputError(f"{path}: found a file of the input ({read[identity(path)]}) for {word}, "
-                              "needed another name; nothing was written")
-    with protected([*inputs.values(), *below]):
+        if isinstance(path, OutputFolder) and identity(path) in map(identity, folders):
+            raise OutputError(f"{path}: found one folder for {word} and the input, needed another "
+                              "one to write into; nothing was written")
+    with protected(read.values()):
         return arguments.run(arguments)
 
 

@@ -9,7 +9,7 @@ import sys
 import numpy as np
 
 from ..conformance import OPERATIONS, cases, judge_all, load_backend, reference
-from ..conformance.backend import nearest, read_expected_failures
+from ..conformance.backend import meant, read_expected_failures
 from ..conformance.explain import explain
 from ..conformance.golden import export, read_folder
 from ..conformance.prove import prove
@@ -90,9 +90,8 @@ def _golden_cases(folder, operations):
     if operations is not None and not complaints:
         for name in operations:
             if name not in {case.operation.name for case in found}:
-                near = nearest(name, {case.operation.name for case in found})
                 raise ValueError(f"--operations: found {name!r}, needed an operation of {folder}"
-                                 + (f"; do you mean {near}?" if near else ""))
+                                 + meant(name, {case.operation.name for case in found}))
     return [c for c in found if operations is None or c.operation.name in operations], complaints
 
 
@@ -105,9 +104,8 @@ def _required(text, chosen):
     for name in names:
         functions = there if name == "all" else {name} & there
         if not functions:
-            near = nearest(name, there)
             raise ValueError(f"--require: found {name!r}, needed all, or a function that is judged here"
-                             + (f"; do you mean {near}?" if near else ""))
+                             + meant(name, there))
         found |= functions
     return found
 
@@ -175,9 +173,8 @@ def _write(arguments, backend, rows, said):
 
 def _explain(arguments):
     if arguments.explain not in OPERATIONS:
-        near = nearest(arguments.explain, OPERATIONS)
         raise ValueError(f"--explain: found {arguments.explain!r}, needed one of {', '.join(OPERATIONS)}"
-                         + (f"; do you mean {near}?" if near else ""))
+                         + meant(arguments.explain, OPERATIONS))
     print("\n".join(explain(OPERATIONS[arguments.explain])))
     return 0
 

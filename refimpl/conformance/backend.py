@@ -91,6 +91,16 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return lower[found[0]] if found else ""
 
 
+def meant(name: str, known: Iterable[str]) -> str:
+    """The end of a message: "; do you mean gram?" where a known name is near, else "".
+
+    >>> meant("Gram", ["gram", "relu"])
+    '; do you mean gram?'
+    """
+    near = nearest(name, known)
+    return f"; do you mean {near}?" if near else ""
+
+
 def as_backend(thing: Any, name: str = "backend", loaded: bool = False) -> Backend:
     """A Backend from a mapping of callables, from a module or object with such attributes, or from
     a Backend.

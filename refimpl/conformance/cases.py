@@ -11,7 +11,7 @@ import numpy as np
 
 from ..nn.contract import LAYOUTS
 from . import operations_holden, operations_nn, operations_torresani
-from .backend import as_backend, ask, nearest
+from .backend import as_backend, ask, meant
 from .record import Operation, as_tuple, cast, relative_difference
 
 OPERATIONS = {operation.name: operation for operation in (
@@ -116,9 +116,8 @@ def cases(*, seed: int = 0, operations: Iterable[str] | None = None,
     names = list(OPERATIONS) if operations is None else list(operations)
     for name in names:
         if name not in OPERATIONS:
-            near = nearest(name, OPERATIONS)
             raise ValueError(f"operations: found {name!r}, needed some of {', '.join(OPERATIONS)}"
-                             + (f"; do you mean {near}?" if near else ""))
+                             + meant(name, OPERATIONS))
     found = [case for name in names for case in _of_operation(OPERATIONS[name], seed)]
     if supported_by is not None:
         functions = as_backend(supported_by).functions
