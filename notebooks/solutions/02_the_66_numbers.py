@@ -15,7 +15,7 @@ def my_encode(P):
     root = np.stack([path[:, 0], np.full(len(P), f66.floor_height(P)), path[:, 1]], axis=1)
     back = yaw_rotation(-yaw)                                         # (T, 3, 3)
     local = (back[:, None] @ (P - root[:, None])[..., None])[..., 0]  # (T, 21, 3)
-    velocity = (back[:-1] @ np.diff(root, axis=0)[..., None])[..., 0]           # (T - 1, 3)
+    velocity = (back[1:] @ np.diff(root, axis=0)[..., None])[..., 0]           # (T - 1, 3)
     X = np.zeros((len(P), 66))
     X[:, POSITIONS] = local.reshape(len(P), 63)
     X[:-1, TURN] = (np.diff(yaw) + np.pi) % (2 * np.pi) - np.pi       # the short way round
@@ -27,7 +27,7 @@ def my_encode(P):
 def my_root_motion(X, start):
     yaw = start.yaw + np.concatenate([[0.0], np.cumsum(X[:-1, TURN])])
     velocity = np.stack([X[:-1, SIDEWAYS], np.zeros(len(X) - 1), X[:-1, FORWARD]], axis=1)
-    steps = (yaw_rotation(yaw[:-1]) @ velocity[..., None])[..., 0]    # (T - 1, 3), in the world
+    steps = (yaw_rotation(yaw[1:]) @ velocity[..., None])[..., 0]    # (T - 1, 3), in the world
     first = np.array([[start.x, start.floor, start.z]])
     return np.cumsum(np.concatenate([first, steps]), axis=0), yaw
 

@@ -23,6 +23,16 @@ def my_sparsity_backward(dE, theta, alpha):
     return alpha * dE * np.sign(theta) / theta.size
 
 
+def my_random_depool(h, chosen):
+    both = np.stack([h * (chosen == k) for k in (0, 1)], axis=3)          # (N, C, T, 2)
+    return both.reshape(h.shape[0], h.shape[1], 2 * h.shape[2])
+
+
+def my_random_depool_backward(dx, h, chosen):
+    pairs = dx.reshape(*h.shape, 2)                                   # (N, C, T, 2)
+    return np.where(chosen == 1, pairs[..., 1], pairs[..., 0])
+
+
 def my_project(X, W0, b0):
     frames = X.shape[2]
     if frames % 2:

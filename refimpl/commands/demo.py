@@ -90,7 +90,7 @@ def _style(lesson, manifold, name, seed):
     epochs = train_style(lesson, manifold, epochs=EPOCHS["style"], rate=RATES["style"], channels=CHANNELS, seed=seed,
                          weights=Weights().for_leg(manifold.leg))
     records, state = _follow(epochs, EPOCHS["style"])
-    return Style(state.params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars), records
+    return Style(state.params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars, Weights().for_leg(manifold.leg)), records
 
 
 def _follow(epochs, total):

@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
+from dataclasses import replace
 import json
 from pathlib import Path
 
@@ -12,10 +13,10 @@ from ..holden2017.checkpoint import fingerprint, load_checkpoint, save_checkpoin
 from ..holden2017.lesson import make_lesson, normalised_windows
 from ..holden2017.networks import init_loss_network, init_transformation_network
 from ..holden2017.model import Manifold, Style, load_manifold, save_manifold, save_style
-from ..holden2017.total import Weights
-from ..holden2017.train import AUTOENCODER_RATE, BATCH, RATE, train_autoencoder, train_style
+from ..holden2017.total import WEIGHED, WEIGHTS, Weights
+from ..holden2017.train import AUTOENCODER_RATE, BATCH, DEPOOLING, RATE, train_autoencoder, train_style
 from ..motion.dataset import load_dataset
-from ..motion.prepare import fit_normaliser
+from ..motion.prepare import FORMS, fit_normaliser
 from ..storage import atomic_write, set_aside
 from .options import InputPath, OutputPath, number, whole
 from .progress import Progress, epoch_line, table
@@ -30,6 +31,11 @@ def add_commands(commands):
     manifold.add_argument("--hidden", type=whole(1), default=256, metavar="M", help="hidden units (default: %(default)s)")
     manifold.add_argument("--dropout", type=number(least=0, below=1), default=0.02, metavar="P",
                           help="share of input numbers set to 0 while it learns; 0 is equation 3 as printed (default: %(default)s)")
+    manifold.add_argument("--depooling", choices=DEPOOLING, default="random",
+                          help="while it learns: random gives one of two frames the whole value, average half to each, with which it learns to jitter "
+                               "(default: %(default)s; it always runs with averages)")
+    manifold.add_argument("--normaliser", choices=FORMS, default="groups",
+                          help="what the 66 numbers are divided by: deviations of positions, velocities and turning, or the 2016 code's form (default: %(default)s)")
     manifold.add_argument("--alpha", type=number(least=0), default=0.01, metavar="A", help="weight of the sparsity term (default: %(default)s)")
     manifold.set_defaults(run=run_autoencoder)
 
@@ -48,10 +54,15 @@ def add_commands(commands):
     style.add_argument("--pair", action="append", default=[], metavar="CONTENT=EXEMPLAR",
                        help="pair a content with another content's exemplar; may be repeated (default: the same name, "
                             "or the beginning of it: walk-turn-left with walk)")
-    for name, value in vars(Weights()).items():
-        style.add_argument(f"--weight-{name}", type=number(least=0), default=value, metavar="W",
-                           help=f"weight of the {name} loss, for centimetres (default: %(default)s)" if name != "turn" else
-                                "what a squared radian counts against a squared centimetre in the trajectory loss (default: %(default)s)")
+    style.add_argument("--reading", choices=list(WEIGHTS), default=Weights().reading,
+                       help="of the bars of equations 4 and 5: norms as printed, or squares (default: %(default)s)")
+    for name in WEIGHED:
+        what = (f"weight of the {name} loss, for centimetres" if name != "turn" else
+                "what a squared radian counts against a squared centimetre in the trajectory loss")
+        values = {reading: getattr(weights, name) for reading, weights in WEIGHTS.items()}
+        usual = (f"{values['norm']:g}" if len(set(values.values())) == 1 else
+                 ", ".join(f"{value:g} with {reading}" for reading, value in values.items()))
+        style.add_argument(f"--weight-{name}", type=number(least=0), metavar="W", help=f"{what} (default: {usual})")
     style.add_argument("--report", metavar="FILE.json", type=OutputPath, help="write what was measured on the held-out clips")
     style.set_defaults(run=run_style)
 
@@ -75,34 +86,35 @@ def run_autoencoder(arguments):
     clips = dataset.select(held_out=False)
     if not clips:
         raise ValueError(f"{arguments.motions}: found no clip to train on, needed some that are not held out")
-    normaliser = fit_normaliser(np.concatenate([clip.features for clip in clips]), dataset.source)
+    frames, contacts = (np.concatenate([getattr(clip, part) for clip in clips]) for part in ("features", "contacts"))
+    normaliser = fit_normaliser(frames, dataset.source, contacts=contacts, form=arguments.normaliser)
     X = normalised_windows(clips, normaliser)
     print(f"{len(X)} windows of {X.shape[2]} frames from {len(clips)} clips of {dataset.source}")
-    settings = {name: getattr(arguments, name) for name in ("epochs", "batch", "rate", "alpha", "dropout", "hidden", "width", "seed")}
+    settings = {name: getattr(arguments, name) for name in ("epochs", "batch", "rate", "alpha", "dropout", "depooling", "hidden", "width", "seed")}
     run = fingerprint(["autoencoder", settings, arguments.threads], X)
     like = init_loss_network(np.random.default_rng(0), hidden=arguments.hidden, width=arguments.width, dtype=X.dtype)
     params = _train(arguments, run, like, ("loss",), lambda **how: train_autoencoder(X, **how, **settings))
-    save_manifold(arguments.output, Manifold(params, normaliser, dataset.leg, dataset.bones))
+    save_manifold(arguments.output, Manifold(params, normaliser, dataset.leg, dataset.bones, arguments.depooling))
     _finish(arguments)
     print(f"{arguments.output}: {arguments.hidden} hidden units, filters of {arguments.width} frames")
 
 
 def run_style(arguments):
     dataset, manifold = load_dataset(arguments.motions), load_manifold(arguments.manifold)
-    weights = Weights(**{name: getattr(arguments, f"weight_{name}") for name in vars(Weights())}).for_leg(manifold.leg)
+    chosen = {name: getattr(arguments, f"weight_{name}") for name in WEIGHED}
+    weights = replace(WEIGHTS[arguments.reading], **{name: value for name, value in chosen.items() if value is not None})
     lesson, held_out, exemplars = make_lesson(
         dataset, manifold, arguments.style, content_style=arguments.content_style, clips=arguments.clips, exemplars=arguments.exemplars,
         contents=arguments.contents.split(",") if arguments.contents else None, pairs=_pairs(arguments.pair))
     print(f"{len(lesson.X)} windows of {', '.join(exemplars)}; style {arguments.style!r} from "
           f"{', '.join(f'{len(clips)} clips for {content}' for content, clips in exemplars.items())}")
     settings = {name: getattr(arguments, name) for name in ("epochs", "batch", "rate", "channels", "width", "seed")}
-    told = {name: getattr(arguments, f"weight_{name}") for name in vars(Weights())}
-    run = fingerprint(["style", settings, arguments.threads, told, lesson.contents], lesson.X, lesson.contacts, lesson.trajectory, *lesson.grams.values(),
+    run = fingerprint(["style", settings, arguments.threads, vars(weights), lesson.contents], lesson.X, lesson.contacts, lesson.trajectory, *lesson.grams.values(),
                       *manifold.params.values())
     like = init_transformation_network(np.random.default_rng(0), channels=arguments.channels, width=arguments.width, dtype=lesson.X.dtype)
     params = _train(arguments, run, like, ("loss", "content", "style", "foot", "bone", "trajectory"),
-                    lambda **how: train_style(lesson, manifold, weights=weights, **how, **settings))
-    style = Style(params, manifold, arguments.style, lesson.pairs, lesson.learned, lesson.exemplars)
+                    lambda **how: train_style(lesson, manifold, weights=weights.for_leg(manifold.leg), **how, **settings))
+    style = Style(params, manifold, arguments.style, lesson.pairs, lesson.learned, lesson.exemplars, weights.for_leg(manifold.leg))
     save_style(arguments.output, style)
     _finish(arguments)
     measured = held_out_distances(held_out, exemplars, style, dataset.leg)

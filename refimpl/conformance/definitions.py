@@ -129,6 +129,13 @@ def avg_depool1d(h: np.ndarray, width: int = 2) -> np.ndarray:
     return x
 
 
+def random_depool1d(h: np.ndarray, chosen: np.ndarray, width: int = 2) -> np.ndarray:
+    x = np.zeros(h.shape[:2] + (width * h.shape[2],), h.dtype)
+    for n, c, t in np.ndindex(h.shape):
+        x[n, c, width * t + chosen[n, c, t]] = h[n, c, t]
+    return x
+
+
 def relu(x: np.ndarray) -> np.ndarray:
     return np.where(np.isnan(x) | (x > 0), x, 0.0)
 

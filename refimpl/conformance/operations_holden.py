@@ -32,38 +32,41 @@ def encode_backward(dH: np.ndarray, X: np.ndarray, W0: np.ndarray,
     return dX, g["W0"], g["b0"]
 
 
-def decode(H: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
+def decode(H: np.ndarray, W0: np.ndarray, b0: np.ndarray, *,
+           chosen: np.ndarray | None = None) -> np.ndarray:
     """Equation 2, back to motion with the same filters:
 
         X = conv_transpose1d(avg_depool1d(H, 2) - b0, W0)
 
-    H : (N, m, U), W0 : (m, C, K), b0 : (m,)  ->  (N, C, 2 U)
+    H : (N, m, U), W0 : (m, C, K), b0 : (m,);  chosen : (N, m, U) of 0 and 1, with which
+    random_depool1d(H, chosen, 2) stands in the place of avg_depool1d   ->  (N, C, 2 U)
     """
-    return networks.decode(H, {"W0": W0, "b0": b0})
+    return networks.decode(H, {"W0": W0, "b0": b0}, chosen=chosen)
 
 
-def decode_backward(dX: np.ndarray, H: np.ndarray, W0: np.ndarray,
-                    b0: np.ndarray) -> tuple[np.ndarray, ...]:
+def decode_backward(dX: np.ndarray, H: np.ndarray, W0: np.ndarray, b0: np.ndarray, *,
+                    chosen: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
     """dX : (N, C, 2 U)  ->  dH (N, m, U), dW0 (m, C, K), db0 (m,)"""
-    dH, g = networks.decode_backward(dX, H, {"W0": W0, "b0": b0})
+    dH, g = networks.decode_backward(dX, H, {"W0": W0, "b0": b0}, chosen=chosen)
     return dH, g["W0"], g["b0"]
 
 
 def autoencoder_loss(X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *, alpha: float = 0.01,
-                     mean: bool = True) -> Any:
+                     mean: bool = True, chosen: np.ndarray | None = None) -> Any:
     """Equation 3:   || X - decode(encode(X)) ||^2 + alpha || W0, b0 ||_1
 
     X : (N, C, T), T even, W0 : (m, C, K), b0 : (m,);  mean : both sums divided by their numbers of
-    elements (as trained here), False as printed   ->  scalar
+    elements (as trained here), False as printed;  chosen : (N, m, T // 2) for `decode`   ->  scalar
     """
-    return networks.autoencoder_loss(X, {"W0": W0, "b0": b0}, alpha=alpha, mean=mean)
+    return networks.autoencoder_loss(X, {"W0": W0, "b0": b0}, alpha=alpha, mean=mean, chosen=chosen)
 
 
-def autoencoder_loss_backward(dloss: Any, X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *,
-                              alpha: float = 0.01, mean: bool = True) -> tuple[np.ndarray, ...]:
+def autoencoder_loss_backward(
+        dloss: Any, X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *, alpha: float = 0.01,
+        mean: bool = True, chosen: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
     """dloss : scalar  ->  dX (N, C, T), dW0 (m, C, K), db0 (m,)"""
     dX, g = networks.autoencoder_loss_backward(dloss, X, {"W0": W0, "b0": b0}, alpha=alpha,
-                                               mean=mean)
+                                               mean=mean, chosen=chosen)
     return dX, g["W0"], g["b0"]
 
 
@@ -86,10 +89,16 @@ def transform_backward(dY: np.ndarray, X: np.ndarray,
 
 def total_loss(*arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.ndarray,
                contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray, W0: np.ndarray,
-               b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> Any:
+               b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray,
+               reading: str = "norm") -> Any:
     """Equation 10 of T(I): the mean over the clips of content + style + foot + bone + trajectory,
-    with the weights 1, 0.06, 0.01, 0.001 and 0.5, and 10,000 squared lengths for a squared radian
-    of turning.
+    with 10,000 squared lengths for a squared radian of turning, and the weights
+
+        norm           1, 0.06, 0.01, 0.001, 0.5
+        mean_squares   1, 0.01, 5e-5, 5e-6, 2.5e-3
+        sum_squares    1, 0.01, 1.5, 0.15, 75
+
+    for each reading of the bars of equations 4 and 5.
 
     W1 ... b3 : of T, as for `transform`;  I : (N, 66, T) normalised motion;
     hidden : (N, m, T // 2), encode(I) as equation 4 compares it;  gram : (N, m, m), the style's
@@ -100,18 +109,19 @@ def total_loss(*arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.
     """
     target = total.Target(hidden, gram, contacts, bones, trajectory)
     return total.total_loss(dict(zip(T_NAMES, arrays)), I, target, {"W0": W0, "b0": b0}, mean,
-                            deviation)[0]
+                            deviation, total.WEIGHTS[reading])[0]
 
 
 def total_loss_backward(
         dloss: Any, *arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.ndarray,
         contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray, W0: np.ndarray,
-        b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> tuple[np.ndarray, ...]:
+        b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray,
+        reading: str = "norm") -> tuple[np.ndarray, ...]:
     """dloss : scalar  ->  a gradient for each of W1, b1, W2, b2, W3, b3; everything else is a
     constant"""
     target = total.Target(hidden, gram, contacts, bones, trajectory)
     g = total.total_loss_backward(dloss, dict(zip(T_NAMES, arrays)), I, target,
-                                  {"W0": W0, "b0": b0}, mean, deviation)
+                                  {"W0": W0, "b0": b0}, mean, deviation, total.WEIGHTS[reading])
     return tuple(g[name] for name in T_NAMES)
 
 
@@ -121,13 +131,17 @@ def encode_definition(X: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarr
     return plain.relu(plain.max_pool1d(plain.conv1d(X, W0, b0)))
 
 
-def decode_definition(H: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
-    return plain.conv_transpose1d(plain.avg_depool1d(H) - b0[None, :, None], W0)
+def decode_definition(H: np.ndarray, W0: np.ndarray, b0: np.ndarray, *,
+                      chosen: np.ndarray | None = None) -> np.ndarray:
+    D = plain.avg_depool1d(H) if chosen is None else plain.random_depool1d(H, chosen)
+    return plain.conv_transpose1d(D - b0[None, :, None], W0)
 
 
 def autoencoder_loss_definition(X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *,
-                                alpha: float = 0.01, mean: bool = True) -> np.ndarray:
-    squares = ((X - decode_definition(encode_definition(X, W0, b0), W0, b0)) ** 2).ravel()
+                                alpha: float = 0.01, mean: bool = True,
+                                chosen: np.ndarray | None = None) -> np.ndarray:
+    again = decode_definition(encode_definition(X, W0, b0), W0, b0, chosen=chosen)
+    squares = ((X - again) ** 2).ravel()
     absolute = [abs(v) for v in W0.ravel()] + [abs(v) for v in b0]
     return np.asarray(sum(squares) / (len(squares) if mean else 1)
                       + alpha * sum(absolute) / (len(absolute) if mean else 1))
@@ -139,14 +153,18 @@ def transform_definition(X: np.ndarray, W1: np.ndarray, b1: np.ndarray, W2: np.n
         plain.relu(plain.conv1d(plain.relu(plain.conv1d(X, W1, b1)), W2, b2)), W3, b3)
 
 
+READINGS = {"norm": plain.norm, "mean_squares": plain.mean_squares,
+            "sum_squares": plain.sum_squares}
+
+
 def content_loss_definition(H_input: np.ndarray, H_output: np.ndarray, *, c: float = 1.0,
-                            squared: bool = False) -> np.ndarray:
-    return c * (plain.mean_squares if squared else plain.norm)(H_input - H_output)
+                            reading: str = "norm") -> np.ndarray:
+    return c * READINGS[reading](H_input - H_output)
 
 
 def style_loss_definition(G_style: np.ndarray, H_output: np.ndarray, *, s: float = 0.01,
-                          squared: bool = False) -> np.ndarray:
-    return s * (plain.mean_squares if squared else plain.norm)(G_style - plain.gram(H_output))
+                          reading: str = "norm") -> np.ndarray:
+    return s * READINGS[reading](G_style - plain.gram(H_output))
 
 
 def foot_loss_definition(motion: np.ndarray, contacts: np.ndarray, *,
@@ -183,12 +201,13 @@ def trajectory_loss_definition(motion: np.ndarray, *, wanted: np.ndarray,
 def total_loss_definition(
         *arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.ndarray,
         contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray, W0: np.ndarray,
-        b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    w = total.Weights()
+        b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray,
+        reading: str = "norm") -> np.ndarray:
+    w = total.WEIGHTS[reading]
     O = transform_definition(I, *arrays)
     H, motion = encode_definition(O, W0, b0), O * deviation[:, None] + mean[:, None]
-    per_clip = (content_loss_definition(hidden, H, c=w.content)
-                + style_loss_definition(gram, H, s=w.style)
+    per_clip = (content_loss_definition(hidden, H, c=w.content, reading=reading)
+                + style_loss_definition(gram, H, s=w.style, reading=reading)
                 + w.foot * foot_loss_definition(motion, contacts)
                 + w.bone * bone_loss_definition(motion, lengths=bones)
                 + w.trajectory * trajectory_loss_definition(motion, wanted=trajectory,
@@ -208,13 +227,16 @@ def network_samples(rng: np.random.Generator) -> list[Sample]:
 def decode_samples(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
     return [Sample("plain", (n((2, 5, 4)), n((5, 4, 3)), n(5))),
-            Sample("one hidden frame", (n((1, 4, 1)), n((4, 3, 5)), n(4)))]
+            Sample("one hidden frame", (n((1, 4, 1)), n((4, 3, 5)), n(4))),
+            Sample("depooling by chance", (n((2, 5, 4)), n((5, 4, 3)), n(5)),
+                   {"chosen": rng.integers(2, size=(2, 5, 4))})]
 
 
 def autoencoder_samples(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
     arrays = (n((2, 4, 8)), distinct(rng, 5, 4, 3) / 60, distinct(rng, 5) / 5)
-    return [Sample("means", arrays), Sample("as printed", arrays, {"mean": False, "alpha": 0.3})]
+    return [Sample("means", arrays), Sample("as printed", arrays, {"mean": False, "alpha": 0.3}),
+            Sample("depooling by chance", arrays, {"chosen": rng.integers(2, size=(2, 5, 4))})]
 
 
 def transform_samples(rng: np.random.Generator) -> list[Sample]:
@@ -229,14 +251,16 @@ def pair_samples(rng: np.random.Generator) -> list[Sample]:
     zero = {"outputs": (np.zeros(2),), "upstream": np.array([1.0, 2]),
             "gradients": (np.zeros_like(A), np.zeros_like(A))}
     return [Sample("as printed", (A, n((2, 3, 4))), {"c": 1.7}),
-            Sample("squared", (A, n((2, 3, 4))), {"squared": True}),
+            Sample("means of squares", (A, n((2, 3, 4))), {"reading": "mean_squares"}),
+            Sample("sums of squares", (A, n((2, 3, 4))), {"reading": "sum_squares"}),
             Sample("equal", (A, A.copy()), smooth=False, known=zero)]
 
 
 def style_samples(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
     return [Sample("as printed", (n((2, 3, 3)), n((2, 3, 4))), {"s": 0.3}),
-            Sample("squared", (n((2, 3, 3)), n((2, 3, 4))), {"squared": True})]
+            Sample("means of squares", (n((2, 3, 3)), n((2, 3, 4))), {"reading": "mean_squares"}),
+            Sample("sums of squares", (n((2, 3, 3)), n((2, 3, 4))), {"reading": "sum_squares"})]
 
 
 def some_motion(rng: np.random.Generator, clips: int = 2, frames: int = 4) -> np.ndarray:
@@ -279,7 +303,8 @@ def total_samples(rng: np.random.Generator) -> list[Sample]:
                  "mean": n(FEATURES), "deviation": rng.uniform(0.5, 3, FEATURES)}
     arrays = (n((3, FEATURES, 3)) * 0.1, n(3), n((2, 3, 3)), n(2), n((FEATURES, 2, 3)),
               n(FEATURES))
-    return [Sample("plain", arrays, constants)]
+    return [Sample("plain", arrays, constants),
+            Sample("means of squares", arrays, {**constants, "reading": "mean_squares"})]
 
 
 OPERATIONS = (

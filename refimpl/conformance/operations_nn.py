@@ -152,6 +152,29 @@ def unpool_samples(rng: np.random.Generator) -> list[Sample]:
                    smooth=False, known=twice)]
 
 
+def random_depool_samples(rng: np.random.Generator) -> list[Sample]:
+    n = rng.standard_normal
+    strange = {"outputs": (np.array([[[0.0, np.nan, np.inf, 0]]]),),
+               "upstream": np.array([[[1.0, 3, 5, 7]]]), "gradients": (np.array([[[3.0, 5]]]),)}
+    return [Sample("plain", (n((2, 3, 4)), rng.integers(2, size=(2, 3, 4)))),
+            Sample("three", (n((2, 3, 4)), rng.integers(3, size=(2, 3, 4)), 3)),
+            Sample("width one", (n((1, 2, 3)), np.zeros((1, 2, 3), int), 1)),
+            Sample("one frame", (n((2, 3, 1)), rng.integers(2, size=(2, 3, 1)))),
+            Sample("NaN and infinity", (np.array([[[np.nan, np.inf]]]), np.array([[[1, 0]]])),
+                   smooth=False, known=strange)]
+
+
+def random_depool_bad() -> list[Bad]:
+    chosen = np.zeros(X.shape, int)
+    return [Bad("a choice beyond the width", (X, chosen + 2), {}, "chosen"),
+            Bad("a negative choice", (X, chosen - 1), {}, "chosen"),
+            Bad("choices of another shape", (X, chosen[:, :, :8]), {}, "chosen"),
+            Bad("one choice for all units", (X, chosen[:, :1]), {}, "chosen"),
+            Bad("choices that are not whole", (X, chosen + 0.5), {}, "chosen"),
+            Bad("width 0", (X, chosen, 0), {}, "width"),
+            Bad("two dimensions", (X[0], chosen[0]), {}, "h")]
+
+
 def kink(x: np.ndarray, outputs: Any, upstream: Any, *gradients: Any) -> dict[str, Any]:
     """A known answer at a kink."""
     return {"outputs": (np.array(outputs),), "upstream": np.array(upstream),
@@ -264,6 +287,8 @@ OPERATIONS = (
                          Sample("three", (rng.standard_normal((2, 3, 4)), 3))],
             lambda: [Bad("width 0", (X, 0), {}, "width"), Bad("two dimensions", (X[0],), {}, "h")],
             "equation 2"),
+    _simple("random_depool1d", ("h", "chosen", "width"), random_depool_samples, random_depool_bad,
+            "equation 2, as the 2016 code learns", (0, 1)),
     _simple("relu", ("x",), relu_samples,
             lambda: [Bad("whole numbers", (np.zeros(3, int),), {}, "x")], "equation 1"),
     _simple("gram", ("h",), clip_samples, lambda: [Bad("two dimensions", (X[0],), {}, "h")],

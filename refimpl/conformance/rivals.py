@@ -102,6 +102,11 @@ def journal_trajectory(motion, *, wanted, turn_weight=1.0):
     return np.sqrt(turn_weight) * nn.norm(error[:, 0]) + nn.sum_squares(error[:, 1:])
 
 
+def read_as(loss, other):
+    """The bars of equations 4 and 5 read otherwise than asked: as `other`, or as norms where that was asked for."""
+    return lambda a, b, *, reading="norm", **weight: loss(a, b, **weight, reading=other if reading != other else "norm")
+
+
 RIVALS = {
     "conv1d": [("a flipped filter, as Theano convolves", flipped(nn.conv1d)), ("the larger half of 'same' zeros on the left", larger_half_left)],
     "conv1d_backward": [("a flipped filter, as Theano convolves", flipped_backward(nn.conv1d_backward)),
@@ -125,9 +130,15 @@ RIVALS = {
     "norm": [("the norm squared", nn.sum_squares)],
     "l1_backward": [("d|x| = 1 at 0, as JAX has it", lambda d, a: np.where(a >= 0, 1.0, -1.0) * d)],
     "squared_error": [("half the squares", lambda x, y, **k: nn.squared_error(x, y, **k) / 2)],
-    "content_loss": [("the mean of squares of the 2016 code", lambda a, b, *, c=1.0, squared=False: losses.content_loss(a, b, c=c, squared=not squared))],
-    "style_loss": [("the mean of squares of the 2016 code", lambda g, h, *, s=0.01, squared=False: losses.style_loss(g, h, s=s, squared=not squared)),
-                   ("Gram matrices divided by the frames", lambda g, h, *, s=0.01, squared=False: losses.style_loss(g, h / np.sqrt(h.shape[2]), s=s, squared=squared))],
+    "random_depool1d": [("half of each value in the chosen frame", lambda h, chosen, width=2: nn.random_depool1d(h / width, chosen, width)),
+                        ("average-depooling whatever was chosen", lambda h, chosen, width=2: nn.avg_depool1d(h, width))],
+    "random_depool1d_backward": [("the gradient of average-depooling", lambda d, h, chosen, width=2: nn.avg_depool1d_backward(d, h, width)),
+                                 ("the gradient of both frames together", lambda d, h, chosen, width=2: nn.avg_depool1d_backward(d, h, width) * width)],
+    "content_loss": [("means of squares for norms and back, the 2016 code's", read_as(losses.content_loss, "mean_squares")),
+                     ("sums of squares for norms and back", read_as(losses.content_loss, "sum_squares"))],
+    "style_loss": [("means of squares for norms and back, the 2016 code's", read_as(losses.style_loss, "mean_squares")),
+                   ("sums of squares for norms and back", read_as(losses.style_loss, "sum_squares")),
+                   ("Gram matrices divided by the frames", lambda g, h, **how: losses.style_loss(g, h / np.sqrt(h.shape[2]), **how))],
     "foot_loss": [("equation 7 without its rotation term", foot_without_rotation)],
     "trajectory_loss": [("the journal's equation 9, turning error not squared", journal_trajectory)],
     "adam_step": [("Adam epsilon-hat (Keras, old PyTorch)", adam_variant("epsilon-hat")),

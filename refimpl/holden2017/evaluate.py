@@ -92,7 +92,7 @@ def measure(result, content, exemplars, manifold, judges):
     return {**_looks(features, exemplars, manifold, judges), "content distance": content_distance(features, wanted, manifold),
             "skate": foot_skate(result.positions, content.contacts), "sinks": depth[0], "sinks at most": depth[1],
             "bone error": bone_error(result, content), "path error": float(np.linalg.norm(own - path, axis=1).mean()),
-            "jerk": jerk(result.positions, range(JOINTS)), "frames": len(features)}
+            "jerk": jerk(result.positions, range(JOINTS), recorded=content.clip.fps), "frames": len(features)}
 
 
 def bone_error(result, content):
@@ -113,7 +113,7 @@ def measure_real(clip, leg, exemplars, manifold, judges):
     positions = decode(features, Start())
     depth = floor_penetration(positions)
     return {**_looks(features, exemplars, manifold, judges), "skate": foot_skate(positions, clip.contacts), "sinks": depth[0], "sinks at most": depth[1],
-            "jerk": jerk(positions, range(JOINTS)), "frames": len(features)}
+            "jerk": jerk(positions, range(JOINTS), recorded=clip.fps), "frames": len(features)}
 
 
 def _looks(features, exemplars, manifold, judges):
@@ -209,7 +209,8 @@ def projection_effect(clips, style, leg, *, noise=0.3, seed=0):
             bones = np.concatenate([np.abs(_lengths(p) / manifold.bones - 1).ravel() for p in positions])
             errors = [v[:, POSITIONS] - c[:, POSITIONS] for v, c in zip(versions, clean)] if clean else []
             lines.append({"what": name, "bone error": float(bones.mean()), "error": float(np.sqrt(3 * np.mean(np.concatenate(errors) ** 2))) if errors else float("nan"),
-                          "jerk / clean": float(np.mean([jerk(p, range(JOINTS)) / jerk(r, range(JOINTS)) for p, r in zip(positions, real)]))})
+                          "jerk / clean": float(np.mean([jerk(p, range(JOINTS), recorded=c.fps) / jerk(r, range(JOINTS), recorded=c.fps)
+                                                  for p, r, c in zip(positions, real, clips)]))})
     return lines
 
 

@@ -17,42 +17,57 @@ from ..nn.arguments import check_whole
 from ..nn.sums import power_of_two
 
 
-def content_loss(H_input: np.ndarray, H_output: np.ndarray, *, c: float = 1.0,
-                 squared: bool = False) -> np.ndarray:
-    r"""Equation 4:   c || L(I) - L(T(I)) ||   (squared=True: the 2016 code's mean of squares).
+# What the bars || . || of equations 4 and 5 may mean, and the gradient of each.
+READINGS = {"norm": (nn.norm, nn.norm_backward),
+            "mean_squares": (nn.mean_squares, nn.mean_squares_backward),
+            "sum_squares": (nn.sum_squares, nn.sum_squares_backward)}
 
-    H_input, H_output : (N, m, T)  ->  (N,)
+
+def content_loss(H_input: np.ndarray, H_output: np.ndarray, *, c: float = 1.0,
+                 reading: str = "norm") -> np.ndarray:
+    r"""Equation 4:   c || L(I) - L(T(I)) ||
+
+    H_input, H_output : (N, m, T);  reading : of the bars, "norm" as printed, "mean_squares" as the
+    2016 code has it, or "sum_squares"   ->  (N,)
     """
-    measure = nn.mean_squares if squared else nn.norm
+    measure, _ = _reading(reading)
     return c * measure(H_input - H_output)
 
 
 def content_loss_backward(dloss: np.ndarray, H_input: np.ndarray, H_output: np.ndarray, *,
                           c: float = 1.0,
-                          squared: bool = False) -> tuple[np.ndarray, np.ndarray]:
+                          reading: str = "norm") -> tuple[np.ndarray, np.ndarray]:
     """dloss : (N,)  ->  dH_input, dH_output (N, m, T): equal and opposite"""
-    measure_backward = nn.mean_squares_backward if squared else nn.norm_backward
+    _, measure_backward = _reading(reading)
     dH = measure_backward(c * dloss, H_input - H_output)
     return dH, -dH
 
 
 def style_loss(G_style: np.ndarray, H_output: np.ndarray, *, s: float = 0.01,
-               squared: bool = False) -> np.ndarray:
+               reading: str = "norm") -> np.ndarray:
     r"""Equations 5 and 6:   s || Gram(L(S)) - Gram(L(T(I))) ||
 
     G_style : (N, m, m), scaled to the output's number of frames (see `style_target`);
-    H_output : (N, m, T)  ->  (N,)
+    H_output : (N, m, T);  reading : of the bars, as in `content_loss`   ->  (N,)
     """
-    measure = nn.mean_squares if squared else nn.norm
+    measure, _ = _reading(reading)
     return s * measure(G_style - nn.gram(H_output))
 
 
 def style_loss_backward(dloss: np.ndarray, G_style: np.ndarray, H_output: np.ndarray, *,
-                        s: float = 0.01, squared: bool = False) -> tuple[np.ndarray, np.ndarray]:
+                        s: float = 0.01,
+                        reading: str = "norm") -> tuple[np.ndarray, np.ndarray]:
     """dloss : (N,)  ->  dG_style (N, m, m), dH_output (N, m, T)"""
-    measure_backward = nn.mean_squares_backward if squared else nn.norm_backward
+    _, measure_backward = _reading(reading)
     dG = measure_backward(s * dloss, G_style - nn.gram(H_output))
     return dG, nn.gram_backward(-dG, H_output)
+
+
+def _reading(name):
+    """A measure and its backward.   Raises ValueError."""
+    if not isinstance(name, str) or name not in READINGS:
+        raise ValueError(f"reading: found {name!r}, needed one of {', '.join(READINGS)}")
+    return READINGS[name]
 
 
 def style_target(exemplars: list[np.ndarray], frames: int) -> np.ndarray:

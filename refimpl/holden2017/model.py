@@ -7,26 +7,31 @@ import numpy as np
 
 from ..motion.features import FEATURES, LEG_RANGE
 from ..motion.joints import BONES
-from ..motion.prepare import Normaliser
+from ..motion.prepare import FORMS, Normaliser
 from ..storage import FormatError, load_npz, plausible, save_npz
+from .losses import READINGS
 from .stylist import Stylist
+from .total import WEIGHED, Weights
+from .train import DEPOOLING
 
-VERSION, STYLE_VERSION = 1, 2                                # a style knows its clips since version 2
+VERSION, STYLE_VERSION = 2, 3                                # with 2 and 3 the root's velocity is seen from the frame that it leads to
 _SKELETON = ("mean", "deviation", "bones")
-_FACTS = {"leg": float, "source": str}
+_FACTS = {"leg": float, "source": str, "normaliser": str, "depooling": str}
 
 
 @dataclass(frozen=True)
 class Manifold:
     """A trained loss network and what its numbers mean.
 
-    params : W0, b0;  normaliser : of the data it was trained on;  leg, bones : that data's skeleton, in its length unit.
+    params : W0, b0;  normaliser : of the data it was trained on;  leg, bones : that data's skeleton, in its length unit;
+    depooling : while it learnt, of `train.DEPOOLING`.
     """
 
     params: dict = field(repr=False)
     normaliser: Normaliser
     leg: float
     bones: np.ndarray
+    depooling: str = "random"
 
     def network_input(self, features):
         """Features (T, 66) on this model's scale to what the networks take: (1, 66, T) in their precision."""
@@ -47,7 +52,7 @@ class Style:
     """A trained transformation network.
 
     params : W1, b1 ... b3;  name : of the style;  pairs : {content it was trained for: content of its exemplars};
-    learned, exemplars : names of the clips that it learnt on.
+    learned, exemplars : names of the clips that it learnt on;  weights : of equation 10 in its training, for the manifold's unit.
     """
 
     params: dict = field(repr=False)
@@ -56,6 +61,7 @@ class Style:
     pairs: dict
     learned: tuple = ()
     exemplars: tuple = ()
+    weights: Weights = Weights()
 
     @property
     def contents(self):
@@ -80,15 +86,17 @@ def load_manifold(path):
 
 def save_style(path, style):
     """Write a Style together with its Manifold, so that one file is enough to stylise a clip."""
-    save_npz(path, "style", STYLE_VERSION, {**style.params, **style.manifold.params, **_skeleton_arrays(style.manifold)},
+    save_npz(path, "style", STYLE_VERSION, {**style.params, **style.manifold.params, **_skeleton_arrays(style.manifold),
+                                            "weights": np.array([getattr(style.weights, name) for name in WEIGHED], dtype=float)},
              {**_facts(style.manifold), "name": style.name, "contents": list(style.pairs), "exemplar_contents": list(style.pairs.values()),
-              "learned": list(style.learned), "exemplars": list(style.exemplars)})
+              "learned": list(style.learned), "exemplars": list(style.exemplars), "reading": style.weights.reading})
 
 
 def load_style(path):
     """Read a Style.   Raises FormatError when its parts do not fit each other."""
-    arrays, facts = load_npz(path, "style", STYLE_VERSION, ("W0", "b0", "W1", "b1", "W2", "b2", "W3", "b3", *_SKELETON),
-                             {**_FACTS, "name": str, **dict.fromkeys(("contents", "exemplar_contents", "learned", "exemplars"), list)})
+    arrays, facts = load_npz(path, "style", STYLE_VERSION, ("W0", "b0", "W1", "b1", "W2", "b2", "W3", "b3", "weights", *_SKELETON),
+                             {**_FACTS, "name": str, **dict.fromkeys(("contents", "exemplar_contents", "learned", "exemplars"), list),
+                              "reading": str})
     manifold = _manifold(path, arrays, facts)
     params = {name: arrays[name] for name in ("W1", "b1", "W2", "b2", "W3", "b3")}
     channels = [FEATURES, params["b1"].size, params["b2"].size, FEATURES]
@@ -98,7 +106,13 @@ def load_style(path):
         raise FormatError(f"{path}: found W1 of {params['W1'].dtype} beside W0 of {manifold.params['W0'].dtype}, needed one precision")
     if len(facts["contents"]) != len(facts["exemplar_contents"]):
         raise FormatError(f"{path}: found {len(facts['contents'])} contents and {len(facts['exemplar_contents'])} of exemplars, needed pairs")
-    return Style(params, manifold, facts["name"], dict(zip(facts["contents"], facts["exemplar_contents"])), tuple(facts["learned"]), tuple(facts["exemplars"]))
+    values = arrays["weights"]
+    if facts["reading"] not in READINGS or values.shape != (len(WEIGHED),) or values.dtype != float or not (np.isfinite(values) & (values >= 0)).all():
+        raise FormatError(f"{path}: found weights {values.dtype} {values.shape} and reading {facts['reading'][:40]!r}, needed {len(WEIGHED)} numbers from 0 on "
+                          f"and one of {', '.join(READINGS)}")
+    weights = Weights(**dict(zip(WEIGHED, values.tolist())), reading=facts["reading"])
+    return Style(params, manifold, facts["name"], dict(zip(facts["contents"], facts["exemplar_contents"])), tuple(facts["learned"]), tuple(facts["exemplars"]),
+                 weights)
 
 
 def _skeleton_arrays(manifold):
@@ -106,7 +120,7 @@ def _skeleton_arrays(manifold):
 
 
 def _facts(manifold):
-    return {"leg": manifold.leg, "source": manifold.normaliser.source}
+    return {"leg": manifold.leg, "source": manifold.normaliser.source, "normaliser": manifold.normaliser.form, "depooling": manifold.depooling}
 
 
 def _manifold(path, arrays, facts):
@@ -119,8 +133,11 @@ def _manifold(path, arrays, facts):
         raise FormatError(f"{path}: found a deviation that is not above 0, needed positive ones")
     params = {"W0": arrays["W0"], "b0": arrays["b0"]}
     _check_filters(path, params, "W0", "b0", params["b0"].size, FEATURES)
-    normaliser = Normaliser(arrays["mean"], arrays["deviation"], facts["source"])
-    return Manifold(params, normaliser, facts["leg"], arrays["bones"])
+    for name, known in (("normaliser", FORMS), ("depooling", DEPOOLING)):
+        if facts[name] not in known:
+            raise FormatError(f"{path}: found {name} {facts[name][:40]!r}, needed one of {', '.join(known)}")
+    normaliser = Normaliser(arrays["mean"], arrays["deviation"], facts["source"], facts["normaliser"])
+    return Manifold(params, normaliser, facts["leg"], arrays["bones"], facts["depooling"])
 
 
 def _check_filters(path, params, filters, biases, c_out, c_in):

@@ -53,20 +53,25 @@ def _before_pooling(dH, X, params, kernels):
     return nn.max_pool1d_backward(dP, Z)                         # dZ (N, 256, T)
 
 
-def decode(H, params, *, kernels=tiled):
+def decode(H, params, *, chosen=None, kernels=tiled):
     r"""Equation 2:   L+(H) = (Psi+(H) - b0) * W0~,   Psi+ = average-depooling, W0~ the transposed convolution with the same filters.
 
+    chosen : (N, 256, T) of 0 and 1 for depooling by chance instead, as L learns (`nn.random_depool1d`)
     H : (N, 256, T)  ->  X (N, 66, 2 T)
     """
-    D = nn.avg_depool1d(H) - params["b0"][:, None]               # (N, 256, 2 T)
-    return kernels.conv_transpose1d(D, params["W0"])             # (N, 66, 2 T)
+    return kernels.conv_transpose1d(_before_filters(H, params, chosen), params["W0"])     # (N, 66, 2 T)
 
 
-def decode_backward(dX, H, params, *, kernels=tiled):
+def decode_backward(dX, H, params, *, chosen=None, kernels=tiled):
     """dX : (N, 66, 2 T), H : (N, 256, T)  ->  dH, {"W0": dW0, "b0": db0}"""
-    D = nn.avg_depool1d(H) - params["b0"][:, None]
-    dD, dW0, _ = kernels.conv_transpose1d_backward(dX, D, params["W0"])
-    return nn.avg_depool1d_backward(dD, H), {"W0": dW0, "b0": -wide_sum(dD, (0, 2))}
+    dD, dW0, _ = kernels.conv_transpose1d_backward(dX, _before_filters(H, params, chosen), params["W0"])
+    dH = nn.avg_depool1d_backward(dD, H) if chosen is None else nn.random_depool1d_backward(dD, H, chosen)
+    return dH, {"W0": dW0, "b0": -wide_sum(dD, (0, 2))}
+
+
+def _before_filters(H, params, chosen):
+    depooled = nn.avg_depool1d(H) if chosen is None else nn.random_depool1d(H, chosen)
+    return depooled - params["b0"][:, None]                      # D (N, 256, 2 T)
 
 
 def decode_backward_to_input(dX, H, params, *, kernels=tiled):
@@ -85,28 +90,30 @@ def project(X, params, *, kernels=tiled):
     return decode(encode(X, params, kernels=kernels), params, kernels=kernels)[:, :, :frames]
 
 
-def autoencoder_loss(X, params, *, alpha=0.01, mean=True, noisy=None, kernels=tiled):
+def autoencoder_loss(X, params, *, alpha=0.01, mean=True, noisy=None, chosen=None, kernels=tiled):
     r"""Equation 3:   || X - L+(L(X)) ||^2 + alpha || theta ||_1
 
     mean=True divides the two sums by their numbers of elements (as trained here); mean=False is the equation as printed.
-    noisy : what is encoded instead of X, when the network learns to remove noise.   X : (N, 66, T), T even  ->  scalar
+    noisy : what is encoded instead of X, when the network learns to remove noise;  chosen : (N, 256, T // 2) for depooling by chance, as in `decode`
+    X : (N, 66, T), T even  ->  scalar
     """
-    reconstruction = decode(encode(X if noisy is None else noisy, params, kernels=kernels), params, kernels=kernels)
+    H = encode(X if noisy is None else noisy, params, kernels=kernels)
+    reconstruction = decode(H, params, chosen=chosen, kernels=kernels)
     size = sum(p.size for p in params.values())
     sparsity = sum(nn.l1(p) for p in params.values()) / (size if mean else 1)
     return nn.squared_error(reconstruction, X, reduction="mean" if mean else "sum") + alpha * sparsity
 
 
-def autoencoder_loss_backward(dloss, X, params, *, alpha=0.01, mean=True, noisy=None, kernels=tiled):
+def autoencoder_loss_backward(dloss, X, params, *, alpha=0.01, mean=True, noisy=None, chosen=None, kernels=tiled):
     """The tied filters W0 receive three gradients: from the encoder, from the decoder and from the sparsity.
 
     dloss : scalar  ->  dX (as target and, without `noisy`, as input), {"W0": dW0, "b0": db0}
     """
     source = X if noisy is None else noisy
     H = encode(source, params, kernels=kernels)
-    reconstruction = decode(H, params, kernels=kernels)
+    reconstruction = decode(H, params, chosen=chosen, kernels=kernels)
     d_reconstruction, dX = nn.squared_error_backward(dloss, reconstruction, X, reduction="mean" if mean else "sum")
-    dH, from_decoder = decode_backward(d_reconstruction, H, params, kernels=kernels)
+    dH, from_decoder = decode_backward(d_reconstruction, H, params, chosen=chosen, kernels=kernels)
     d_source, from_encoder = encode_backward(dH, source, params, kernels=kernels)
     size = sum(p.size for p in params.values())
     d_sparsity = dloss * alpha / (size if mean else 1)

@@ -63,14 +63,14 @@ class Settings:
 
 def hidden_loss(H, content, gram, *, style):
     """The first search's loss.   H, content : (N, m, T // 2), gram : (N, m, m), style : s  ->  (N,)"""
-    return (losses.style_loss(gram, H, s=style, squared=True)
-            + losses.content_loss(content, H, c=1 - style, squared=True))
+    return (losses.style_loss(gram, H, s=style, reading="mean_squares")
+            + losses.content_loss(content, H, c=1 - style, reading="mean_squares"))
 
 
 def hidden_loss_backward(dloss, H, content, gram, *, style):
     """dloss : (N,)  ->  dH (N, m, T // 2)"""
-    return (losses.style_loss_backward(dloss, gram, H, s=style, squared=True)[1]
-            + losses.content_loss_backward(dloss, content, H, c=1 - style, squared=True)[1])
+    return (losses.style_loss_backward(dloss, gram, H, s=style, reading="mean_squares")[1]
+            + losses.content_loss_backward(dloss, content, H, c=1 - style, reading="mean_squares")[1])
 
 
 def decoded_loss(H, target, params, mean, deviation, weights=Weights()):

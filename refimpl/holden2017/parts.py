@@ -42,7 +42,7 @@ class StyleWork:
 
 @dataclass(frozen=True)
 class AutoencoderWork:
-    """One part of a batch: clean windows, and what is encoded instead of them (or None)."""
+    """One part of a batch: clean windows, what is encoded instead of them (or None), and the choices of depooling by chance (or None)."""
 
     run: str
     part: int
@@ -50,6 +50,7 @@ class AutoencoderWork:
     alpha: float
     X: np.ndarray
     noisy: object
+    chosen: object = None
     kernels: object = None
 
 
@@ -73,11 +74,12 @@ def style_part(work):
 def autoencoder_part(work):
     """Equation 3 on a part.   AutoencoderWork  ->  number of windows, {"loss": mean}, gradients"""
     if work.kernels is not None:
-        settings = dict(alpha=work.alpha, noisy=work.noisy, kernels=work.kernels)
+        settings = dict(alpha=work.alpha, noisy=work.noisy, chosen=work.chosen, kernels=work.kernels)
         loss = autoencoder_loss(work.X, work.params, **settings)
         return len(work.X), {"loss": loss}, autoencoder_loss_backward(work.X.dtype.type(1), work.X, work.params, **settings)[1]
-    step = _keep(work, work.X.shape, lambda: AutoencoderStep(*work.X.shape[::2], work.params, alpha=work.alpha))
-    loss, gradients = step(work.params, work.X, work.noisy)
+    step = _keep(work, work.X.shape, lambda: AutoencoderStep(*work.X.shape[::2], work.params, alpha=work.alpha,
+                                                                random=work.chosen is not None))
+    loss, gradients = step(work.params, work.X, work.noisy, work.chosen)
     return len(work.X), {"loss": loss}, gradients
 
 

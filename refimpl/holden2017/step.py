@@ -91,9 +91,10 @@ class StyleStep:
         R = np.matmul(self.H.swapaxes(1, 2), self.H, out=self.R)
         for r, target in zip(R, grams):
             r -= target
-        content, style = _norms(D), _norms(R)
-        R *= _factors(2 * w.style / B, style)                    # R is symmetric: (dG + dG^T) h = 2 dG h
-        D *= _factors(w.content / B, content)
+        content, d_content = _read(D, w.reading)
+        style, d_style = _read(R, w.reading)
+        R *= (2 * w.style / B) * d_style                         # R is symmetric: (dG + dG^T) h = 2 dG h
+        D *= (w.content / B) * d_content
         dH = np.matmul(self.H, R, out=self.dH)
         dH += D
         unpool_into(dH, self.first, self.active, self.dZ)
@@ -128,46 +129,75 @@ class StyleStep:
 
 
 class AutoencoderStep:
-    """Equation 3 (`mean=True`) and its gradient for batches of B windows of T frames, T even."""
+    """Equation 3 (`mean=True`) and its gradient for batches of B windows of T frames, T even.
 
-    def __init__(self, B, T, params, *, alpha=0.01):
+    random : whether it decodes with depooling by chance, which needs the full resolution
+    """
+
+    def __init__(self, B, T, params, *, alpha=0.01, random=False):
         _check_even(T)
-        W0, self.alpha = params["W0"], alpha
+        W0, self.alpha, self.random = params["W0"], alpha, random
         dtype, (m, features, K) = W0.dtype, W0.shape
-        _, count, left = taps(K)
         self.encoder = Plan(B, T, features, m, K, dtype, left=(K - 1) // 2)
-        self.decoder = Plan(B, T // 2, m, 2 * features, count, dtype, left=left)
-        self.V, self.V_half = (np.empty((3, p.n // 2) + p.shape[2:4], dtype) for p in (self.encoder, self.decoder))
+        if random:
+            self.decoder = Plan(B, T, m, features, K, dtype, left=K - 1 - (K - 1) // 2)
+        else:
+            _, count, left = taps(K)
+            self.decoder = Plan(B, T // 2, m, 2 * features, count, dtype, left=left)
+        self.V, self.V_decoder = (np.empty((3, p.n // 2) + p.shape[2:4], dtype) for p in (self.encoder, self.decoder))
         self.H, self.dZ = np.empty((B, T // 2, m), dtype), np.empty((B, T // 2, 2, m), dtype)
         self.first, self.active = np.empty((B, T // 2, m), bool), np.empty((B, T // 2, m), bool)
 
-    def __call__(self, params, X, noisy=None):
-        """X, noisy : (B, 66, T)  ->  loss, gradients with the keys of params"""
+    def __call__(self, params, X, noisy=None, chosen=None):
+        """X, noisy : (B, 66, T);  chosen : (B, m, T // 2) with `random`   ->  loss, gradients with the keys of params"""
         W0, b0 = params["W0"], params["b0"]
         size = W0.size + b0.size
         self.encoder.spectra(W0, out=self.V)
-        self.decoder.spectra(half_filters(W0), out=self.V_half)
+        self.decoder.spectra(_transposed(W0) if self.random else half_filters(W0), out=self.V_decoder)
         self.encoder.input[:] = (X if noisy is None else noisy).swapaxes(1, 2)
         Z = self.encoder.forward(self.V)
         Z += b0
         pool_into(Z, self.H, self.first, self.active)
-        E = np.multiply(self.H, Z.dtype.type(0.5), out=self.decoder.input)
-        E -= b0
-        error = self.decoder.forward(self.V_half)                # (B, T / 2, 2 x 66), in time order (B, T, 66)
+        later = chosen.swapaxes(1, 2).astype(bool) if self.random else None                  # (B, T / 2, m)
+        self._depool_into(self.decoder.input, later)
+        self.decoder.input -= b0
+        error = self.decoder.forward(self.V_decoder)             # (B, T, 66), or (B, T / 2, 2 x 66) in the same order
+        shape = error.shape
         error = error.reshape(len(X), -1, X.shape[1])
         error -= X.swapaxes(1, 2)
         loss = sum(float(np.vdot(e, e)) for e in error) / error.size + self.alpha * (np.abs(W0).sum() + np.abs(b0).sum()) / size
         error *= Z.dtype.type(2 / error.size)
-        dE, d_half = self.decoder.backward(error.reshape(len(X), -1, 2 * X.shape[1]), self.V_half)
-        db0 = -wide_sum(dE, (0, 1))
-        dE *= Z.dtype.type(0.5)
-        unpool_into(dE, self.first, self.active, self.dZ)
+        dD, from_decoder = self.decoder.backward(error.reshape(shape), self.V_decoder)
+        db0 = -wide_sum(dD, (0, 1))
+        unpool_into(self._gathered(dD, later), self.first, self.active, self.dZ)
         dZ = self.dZ.reshape(Z.shape)
         dW0 = self.encoder.backward(dZ, None, to_input=False)[1]
-        dW0 += half_filters_backward(d_half, W0.shape[2])
+        dW0 += _transposed(from_decoder) if self.random else half_filters_backward(from_decoder, W0.shape[2])
         dW0 += Z.dtype.type(self.alpha / size) * np.sign(W0)
         db0 += wide_sum(dZ, (0, 1)) + Z.dtype.type(self.alpha / size) * np.sign(b0)
         return loss, {"W0": dW0, "b0": db0}
+
+    def _depool_into(self, D, later):
+        """The units, all in one frame of each pair or, at half resolution, half of them."""
+        if later is None:
+            np.multiply(self.H, self.H.dtype.type(0.5), out=D)
+            return
+        pairs = D.reshape(self.dZ.shape)
+        np.multiply(self.H, later, out=pairs[:, :, 1])
+        np.subtract(self.H, pairs[:, :, 1], out=pairs[:, :, 0])
+
+    def _gathered(self, dD, later):
+        """The gradient of the units, from where they went."""
+        if later is None:
+            dD *= self.H.dtype.type(0.5)
+            return dD
+        pairs = dD.reshape(self.dZ.shape)
+        return np.where(later, pairs[:, :, 1], pairs[:, :, 0])
+
+
+def _transposed(W):
+    """Filters of a transposed convolution as those of a correlation, and back.   (m, C, K)  ->  (C, m, K)"""
+    return W[:, :, ::-1].swapaxes(0, 1)
 
 
 def pool_into(Z, H, first, active):
@@ -191,11 +221,13 @@ def _check_even(T):
         raise ValueError(f"T: found {T} frames, needed an even number for the pooling; cut or double the last frame")
 
 
-def _norms(r):
-    """Euclidean norm of each clip.   (B, ...)  ->  (B,)"""
-    return np.sqrt([np.vdot(one, one) for one in r]).astype(r.dtype)
-
-
-def _factors(weight, norms):
-    """weight / norm, and 0 for a norm of 0 (the kink rule).   (B,)  ->  (B, 1, 1)"""
-    return (weight / np.where(norms == 0, np.inf, norms)).astype(norms.dtype)[:, None, None]
+def _read(r, reading):
+    """The bars of equations 4 and 5 for each clip, and what r is multiplied by in their gradient.   (B, ...)  ->  (B,), (B, 1, 1)"""
+    squares = np.array([np.vdot(one, one) for one in r])
+    if reading == "norm":
+        size = np.sqrt(squares)
+        values, factors = size, 1 / np.where(size == 0, np.inf, size)        # 0 at a norm of 0 (the kink rule)
+    else:
+        count = r[0].size if reading == "mean_squares" else 1
+        values, factors = squares / count, np.full(len(r), 2 / count)
+    return values.astype(r.dtype), factors.astype(r.dtype)[:, None, None]

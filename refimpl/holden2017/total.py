@@ -1,6 +1,6 @@
 r"""Equation 10: the five losses together, as a function of the transformation network's output."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,25 +11,33 @@ from .networks import encode, encode_backward_to_input, transform, transform_bac
 
 @dataclass(frozen=True)
 class Weights:
-    """What each loss counts in training. The paper has c = 1 and s = 0.01, and scales the constraints "with respect to the units of the data".
+    """What each loss counts in training, and how the bars of equations 4 and 5 are read (`losses.READINGS`).
 
-    How s weighs against c depends on the size of the hidden units (a Gram matrix grows with their square), of which the paper says nothing: with
-    those of the loss network trained here 0.01 leaves most of the content's style, and 0.06 gives the paper's pictures. The constraints
-    are for centimetres (a leg of 80); `for_leg` converts them. `turn` is what a squared radian is worth in squared lengths: as if seen
-    at a point one metre away; with less a style learnt from straight walks forgets to turn.
+    c and s are the paper's. The constraints, which the paper scales "with respect to the units of the data", are for centimetres (a leg of
+    80) and windows of 240 frames; `for_leg` converts them. `turn` is what a squared radian is worth in squared lengths: as if seen at a
+    point one metre away; with less a style learnt from straight walks forgets to turn.
     """
 
     content: float = 1.0
-    style: float = 0.06
-    foot: float = 0.01
-    bone: float = 0.001
-    trajectory: float = 0.5
+    style: float = 0.01
+    foot: float = 5e-5
+    bone: float = 5e-6
+    trajectory: float = 2.5e-3
     turn: float = 10000.0
+    reading: str = "mean_squares"
 
     def for_leg(self, leg):
         """The same weights for data in which a leg has this length: squared lengths shrink or grow with its square."""
         factor = (80.0 / leg) ** 2
-        return Weights(self.content, self.style, self.foot * factor, self.bone * factor, self.trajectory * factor, self.turn / factor)
+        return replace(self, foot=self.foot * factor, bone=self.bone * factor, trajectory=self.trajectory * factor, turn=self.turn / factor)
+
+
+# What training takes for each reading. A mean of squares pulls with 2 |D| / (m T), some 1/200 of a norm's pull, where
+# D = L(I) - L(T(I)) has m T = 30,720 elements (256 hidden units, windows of 240 frames) and is some 75 long; a sum with 2 |D|. The
+# constraints keep their share. s weighs a square of the hidden units against the units: for norms, 0.01 leaves most of the style.
+WEIGHTS = {"norm": Weights(1.0, 0.06, 0.01, 0.001, 0.5, reading="norm"),
+           "mean_squares": Weights(),
+           "sum_squares": Weights(1.0, 0.01, 1.5, 0.15, 75.0, reading="sum_squares")}
 
 
 @dataclass(frozen=True)
@@ -49,6 +57,7 @@ class Target:
 
 
 TERMS = ("content", "style", "foot", "bone", "trajectory")
+WEIGHED = (*TERMS, "turn")
 
 
 def motion_losses(O, target, loss_network, mean, deviation, weights=Weights(), *, kernels=tiled):
@@ -57,8 +66,8 @@ def motion_losses(O, target, loss_network, mean, deviation, weights=Weights(), *
     O : (N, 66, T) normalised;  loss_network : W0, b0;  mean, deviation : (66,) of the normaliser   ->  {term: (N,)}
     """
     H = encode(O, loss_network, kernels=kernels)
-    return {"content": losses.content_loss(target.hidden, H, c=weights.content),
-            "style": losses.style_loss(target.gram, H, s=weights.style),
+    return {"content": losses.content_loss(target.hidden, H, c=weights.content, reading=weights.reading),
+            "style": losses.style_loss(target.gram, H, s=weights.style, reading=weights.reading),
             **constraint_losses(denormalise(O, mean, deviation), target, weights)}
 
 
@@ -68,8 +77,8 @@ def motion_losses_backward(dloss, O, target, loss_network, mean, deviation, weig
     Content and style come back through the loss network, the constraints through the denormalisation  motion = O deviation + mean.
     """
     H = encode(O, loss_network, kernels=kernels)
-    dH = (losses.content_loss_backward(dloss, target.hidden, H, c=weights.content)[1]
-          + losses.style_loss_backward(dloss, target.gram, H, s=weights.style)[1])
+    dH = (losses.content_loss_backward(dloss, target.hidden, H, c=weights.content, reading=weights.reading)[1]
+          + losses.style_loss_backward(dloss, target.gram, H, s=weights.style, reading=weights.reading)[1])
     dmotion = constraint_losses_backward(dloss, denormalise(O, mean, deviation), target, weights)
     return encode_backward_to_input(dH, O, loss_network, kernels=kernels) + dmotion * column(deviation, O)
 

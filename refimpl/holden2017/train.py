@@ -16,6 +16,7 @@ from .total import Weights
 
 BATCH, RATE = 10, 1e-3
 AUTOENCODER_RATE = 5e-4                                         # with 1e-3 its loss ends higher
+DEPOOLING = ("random", "average")                               # while the loss network learns; it runs with averages
 
 
 @dataclass(frozen=True)
@@ -47,14 +48,17 @@ def start_state(params):
     return State(params, nn.adam_start(params), 0)
 
 
-def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.01, dropout=0.02, hidden=256, width=25, seed=0, state=None, kernels=None,
-                      executor=None, parts=1):
+def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.01, dropout=0.02, depooling="random", hidden=256, width=25, seed=0,
+                      state=None, kernels=None, executor=None, parts=1):
     r"""Train the loss network by equation 3.
 
     X : (N, 66, T) normalised windows, float32 or float64, T even;  dropout : share of input numbers set to 0 (the others grow by
-    1 / (1 - dropout)), so that the network learns to mend motion; 0 is equation 3 as printed;  state : to go on from
+    1 / (1 - dropout)), so that the network learns to mend motion; 0 is equation 3 as printed;  depooling : "random", which gives one of two
+    frames the whole value while the network learns, or "average" (equation 2 as printed), with which it learns to jitter;  state : to go on from
     kernels, executor, parts : see `train_style`   ->  yields (Record, State) after each epoch
     """
+    if depooling not in DEPOOLING:
+        raise ValueError(f"depooling: found {depooling!r}, needed {' or '.join(DEPOOLING)}")
     state = state or start_state(init_loss_network(np.random.default_rng(seed), hidden=hidden, width=width, dtype=X.dtype))
     run, each = new_run(), executor.map if executor else map
     for epoch in range(state.epoch + 1, epochs + 1):
@@ -64,9 +68,12 @@ def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.
             clean = X[indices]
             keep = rng.random(clean.shape, dtype=np.float32) >= dropout
             noisy = clean * keep * X.dtype.type(1 / (1 - dropout)) if dropout else None
-            cut = in_parts(np.arange(len(indices)), parts)
-            return summed(each(autoencoder_part, [AutoencoderWork(run, part, params, alpha, clean[i], noisy if noisy is None else noisy[i], kernels)
-                                                for part, i in enumerate(cut)]))
+            units = (len(clean), clean.shape[2] // 2, len(params["b0"]))
+            chosen = rng.integers(2, size=units, dtype=np.int8).swapaxes(1, 2) if depooling == "random" else None
+
+            def work(part, i):
+                return AutoencoderWork(run, part, params, alpha, clean[i], noisy if noisy is None else noisy[i], chosen if chosen is None else chosen[i], kernels)
+            return summed(each(autoencoder_part, [work(part, i) for part, i in enumerate(in_parts(np.arange(len(indices)), parts))]))
 
         record, state = _epoch(state, epoch, _batches(rng, len(X), batch), step, annealed(rate, epoch, epochs))
         yield record, state

@@ -45,11 +45,16 @@ def stylise(features, style, *, projected=True, stylist=None, kernels=None):
 
 
 def project_features(features, manifold, *, stylist=None, kernels=None):
-    """P(X) = L+(L(X)) of features on the model's scale.   (T, 66)  ->  (T, 66)"""
+    """P(X) = L+(L(X)) of features on the model's scale, the mean over both ways of taking frames in pairs.   (T, 66)  ->  (T, 66)
+
+    The pooling takes frames 0 and 1 together, or 1 and 2: what P puts out has a step between pairs, at other frames each time, and half
+    of it is gone in the mean. On motion that is smoother than recordings are it halves the jerk that P adds.
+    """
     X = manifold.network_input(features)
-    if kernels is not None:
-        return manifold.motion(project(X, manifold.params, kernels=kernels))
-    return manifold.motion((stylist or manifold.stylist).project(X))
+
+    def P(X):
+        return project(X, manifold.params, kernels=kernels) if kernels is not None else (stylist or manifold.stylist).project(X)
+    return manifold.motion((P(X) + P(np.concatenate([X[:, :, :1], X], axis=2))[:, :, 1:]) / 2)
 
 
 def transfer(take, style, *, projected=True, clean=True, own_pace=False, stylist=None, kernels=None):

@@ -10,18 +10,21 @@ import numpy as np
 
 from ..storage import FormatError, load_npz, plausible, save_npz
 from . import features as feature_space
-from .features import FEATURES, LEG_RANGE
+from .features import FEATURES, FPS, LEG_RANGE
 from .joints import BONES
 from .take import bone_lengths, read_take
 
-FORMAT, VERSION = "motions", 1
+FORMAT, VERSION = "motions", 2                           # with 2 the root's velocity is seen from the frame that it leads to
 PATTERN = r"(?:^|_)(?P<content>[^_]+)_(?P<style>[^_]+)_[^_]*$"          # walk_old_001, dataset-1_walk_old_001
 HELD_OUT = 0.15
 
 
 @dataclass(frozen=True)
 class Labelled:
-    """One clip: name, content, style, whether it is kept out of training, features (T, 66) float64 and contacts (T, 4) bool."""
+    """One clip: name, content, style, whether it is kept out of training, features (T, 66) float64 and contacts (T, 4) bool at 60 frames a second.
+
+    fps : frames a second of the recording that it was made of
+    """
 
     name: str
     content: str
@@ -29,6 +32,7 @@ class Labelled:
     held_out: bool
     features: np.ndarray = field(repr=False)
     contacts: np.ndarray = field(repr=False)
+    fps: float = FPS
 
 
 @dataclass(frozen=True)
@@ -159,8 +163,8 @@ def assemble(takes, labels, source, fraction=HELD_OUT):
 
 
 def _part(take):
-    """What a Dataset needs of a Take: features, contacts, leg, bones."""
-    return take.features, take.contacts, take.leg, bone_lengths(take.positions)
+    """What a Dataset needs of a Take: features, contacts, leg, bones, the recording's rate."""
+    return take.features, take.contacts, take.leg, bone_lengths(take.positions), take.clip.fps
 
 
 def _read_part(path, overrides):
@@ -169,10 +173,10 @@ def _read_part(path, overrides):
 
 def _assemble(parts, labels, source, fraction):
     kept_out = hold_out(labels, fraction)
-    leg = float(np.median([own_leg for _, _, own_leg, _ in parts.values()]))
-    bones = np.median([bones * (leg / own_leg) for _, _, own_leg, bones in parts.values()], axis=0)
-    clips = tuple(Labelled(name, *labels[name], name in kept_out, to_scale(features, own_leg, leg), contacts)
-                  for name, (features, contacts, own_leg, _) in parts.items())
+    leg = float(np.median([own_leg for _, _, own_leg, _, _ in parts.values()]))
+    bones = np.median([bones * (leg / own_leg) for _, _, own_leg, bones, _ in parts.values()], axis=0)
+    clips = tuple(Labelled(name, *labels[name], name in kept_out, to_scale(features, own_leg, leg), contacts, fps)
+                  for name, (features, contacts, own_leg, _, fps) in parts.items())
     return Dataset(clips, leg, bones, source)
 
 
@@ -187,24 +191,26 @@ def save_dataset(path, dataset):
     save_npz(path, FORMAT, VERSION,
              {"features": np.concatenate([clip.features for clip in dataset.clips]),
               "contacts": np.concatenate([clip.contacts for clip in dataset.clips]),
-              "lengths": np.array(lengths), "held_out": np.array([clip.held_out for clip in dataset.clips]), "bones": dataset.bones},
+              "lengths": np.array(lengths), "held_out": np.array([clip.held_out for clip in dataset.clips]), "bones": dataset.bones,
+              "fps": np.array([clip.fps for clip in dataset.clips], dtype=float)},
              {"names": [clip.name for clip in dataset.clips], "contents": [clip.content for clip in dataset.clips],
               "styles": [clip.style for clip in dataset.clips], "leg": dataset.leg, "source": dataset.source})
 
 
 def load_dataset(path):
     """Read what `save_dataset` wrote.   ->  Dataset.   Raises FormatError when its parts do not fit each other."""
-    arrays, facts = load_npz(path, FORMAT, VERSION, ("features", "contacts", "lengths", "held_out", "bones"),
+    arrays, facts = load_npz(path, FORMAT, VERSION, ("features", "contacts", "lengths", "held_out", "bones", "fps"),
                              {"names": list, "contents": list, "styles": list, "leg": float, "source": str})
     lengths = arrays["lengths"]
     names, contents, styles = (facts[key] for key in ("names", "contents", "styles"))
     if not (lengths.ndim == arrays["held_out"].ndim == 1 and lengths.dtype.kind == "i" and arrays["held_out"].dtype == arrays["contacts"].dtype == bool
             and arrays["features"].dtype == arrays["bones"].dtype == float and len(names) == len(contents) == len(styles) == len(lengths) == len(arrays["held_out"]) > 0
             and arrays["features"].shape == (lengths.sum(), FEATURES) and arrays["contacts"].shape == (lengths.sum(), 4)
-            and arrays["bones"].shape == (len(BONES),) and (lengths > 0).all() and plausible(arrays["features"])
+            and arrays["bones"].shape == (len(BONES),) and (lengths > 0).all() and arrays["fps"].shape == lengths.shape
+            and arrays["fps"].dtype == float and (arrays["fps"] > 0).all() and np.isfinite(arrays["fps"]).all() and plausible(arrays["features"])
             and plausible(arrays["bones"]) and LEG_RANGE[0] <= facts["leg"] <= LEG_RANGE[1]):
         raise FormatError(f"{path}: found arrays and labels that do not fit each other, needed those of one prepare; make it again")
     ends = np.cumsum(lengths)
-    clips = tuple(Labelled(name, content, style, bool(out), arrays["features"][end - length:end], arrays["contacts"][end - length:end])
-                  for name, content, style, out, length, end in zip(names, contents, styles, arrays["held_out"], lengths, ends))
+    clips = tuple(Labelled(name, content, style, bool(out), arrays["features"][end - length:end], arrays["contacts"][end - length:end], float(fps))
+                  for name, content, style, out, length, end, fps in zip(names, contents, styles, arrays["held_out"], lengths, ends, arrays["fps"]))
     return Dataset(clips, facts["leg"], arrays["bones"], facts["source"])

@@ -4,10 +4,12 @@ r"""The 66 numbers a frame of Holden et al. 2017, section 3.1, and the way back 
 | ----------- | ------- | -------------------------------------------------------------------------- | -------------- |
 | `POSITIONS` | 0..62   | 21 joints x (x, y, z) in the character's own frame: origin under the hips on the floor, y up, z forward, x to the left | length |
 | `TURN`      | 63      | turning velocity: yaw from this frame to the next, positive to the left    | radians/frame  |
-| `FORWARD`   | 64      | velocity of the root along the character's z                               | length/frame   |
-| `SIDEWAYS`  | 65      | velocity of the root along the character's x                               | length/frame   |
+| `FORWARD`   | 64      | velocity of the root along the character's z of the next frame             | length/frame   |
+| `SIDEWAYS`  | 65      | velocity of the root along the character's x of the next frame             | length/frame   |
 
-Frame t's velocities lead from frame t to t + 1. The last row repeats those of the row before.
+Frame t's velocities lead from frame t to t + 1: first the turn, then the step, which is seen from where the turn leads, as in the 2016
+authors' code. Equation 7 adds omega x p[t], which is right to first order for a step seen from there; for one seen from frame t it would
+have to be omega x p[t+1]. The last row repeats the velocities of the row before.
 """
 
 from dataclasses import dataclass
@@ -46,6 +48,7 @@ def leg_length(positions):
     thigh_and_shin = [np.linalg.norm(positions[:, knee] - positions[:, hip], axis=-1)
                       + np.linalg.norm(positions[:, heel] - positions[:, knee], axis=-1) for hip, knee, heel, _ in LEGS]
     return float(np.median(thigh_and_shin))
+
 
 LEG_RANGE = (1e-6, 1e6)                                           # lengths of a leg that a body may have, in whatever unit
 
@@ -89,7 +92,7 @@ def facing(positions):
 def encode(positions, floor=None):
     r"""World positions at 60 frames a second to the 66 numbers.
 
-        p_j^local = Y(-yaw) (p_j - root),   v_r = Y(-yaw) (root[t+1] - root[t]),   turn = yaw[t+1] - yaw[t]
+        p_j^local = Y(-yaw) (p_j - root),   v_r[t] = Y(-yaw[t+1]) (root[t+1] - root[t]),   turn = yaw[t+1] - yaw[t]
 
     positions : (T, 21, 3), y up, any unit;  floor : its height, found by `floor_height` unless given
     ->  features (T, 66), Start.   Raises ValueError on a wrong shape or on values that are not finite.
@@ -107,7 +110,7 @@ def encode(positions, floor=None):
     to_local = yaw_rotation(-yaw)                                                        # (T, 3, 3)
     origin = np.stack([root[:, 0], np.full(len(root), floor), root[:, 1]], axis=1)       # (T, 3)
     local = (positions - origin[:, None]) @ to_local.swapaxes(1, 2)                      # (T, 21, 3)
-    velocity = np.diff(origin, axis=0)[:, None] @ to_local[:-1].swapaxes(1, 2)           # (T-1, 1, 3)
+    velocity = np.diff(origin, axis=0)[:, None] @ to_local[1:].swapaxes(1, 2)            # (T-1, 1, 3)
     turn = (np.diff(yaw) + np.pi) % (2 * np.pi) - np.pi                                  # (T-1,)
 
     features = np.zeros((len(positions), FEATURES))
@@ -120,14 +123,14 @@ def encode(positions, floor=None):
 
 
 def root_motion(features, start=Start()):
-    r"""Integrate the velocities:  yaw[t+1] = yaw[t] + turn[t],  root[t+1] = root[t] + Y(yaw[t]) v_r[t]
+    r"""Integrate the velocities:  yaw[t+1] = yaw[t] + turn[t],  root[t+1] = root[t] + Y(yaw[t+1]) v_r[t]
 
     features : (T, 66)  ->  root (T, 3) on the floor, yaw (T,)
     """
     yaw = start.yaw + np.concatenate([[0.0], np.cumsum(features[:-1, TURN])])
     velocity = np.zeros((len(features), 3))
     velocity[1:, 0], velocity[1:, 2] = features[:-1, SIDEWAYS], features[:-1, FORWARD]
-    velocity[1:] = (yaw_rotation(yaw[:-1]) @ velocity[1:, :, None])[..., 0]
+    velocity[1:] = (yaw_rotation(yaw[1:]) @ velocity[1:, :, None])[..., 0]
     return np.array([start.x, start.floor, start.z]) + np.cumsum(velocity, axis=0), yaw
 
 

@@ -61,9 +61,15 @@ def floor_penetration(positions, floor=0.0, *, heel_height=0.0, toe_height=0.0):
     return float(depth.mean()), float(depth.max())
 
 
-def jerk(positions, joints=FEET, *, fps=60.0):
-    """Root of the mean square third difference of some joints, the mark of a motion that pops.   (T, 21, 3)  ->  length / s^3, nan below 4 frames"""
-    third = np.diff(checked_positions(positions)[:, list(joints)], n=3, axis=0) * fps ** 3
+def jerk(positions, joints=FEET, *, fps=60.0, recorded=None):
+    """Root of the mean square third difference of some joints, the mark of a motion that pops.
+
+    positions : (T, 21, 3);  fps : frames a second;  recorded : the rate that the motion was recorded at, where it is lower: then frames of
+    that rate are taken, for between them the motion was made up, and what was made up has the jerk of the curve that made it
+    ->  length / s^3, nan below 4 frames
+    """
+    every = max(1, round(fps / recorded)) if recorded else 1
+    third = np.diff(checked_positions(positions)[::every, list(joints)], n=3, axis=0) * (fps / every) ** 3
     return float(np.sqrt(np.mean(np.sum(third ** 2, axis=-1)))) if len(third) else float("nan")
 
 

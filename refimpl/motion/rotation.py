@@ -6,6 +6,7 @@ Angles are radians everywhere except inside BVH files. The axes are right-handed
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 AXES = "XYZ"
 
@@ -146,12 +147,43 @@ def matrix_to_quaternion(R: Any) -> np.ndarray:
     return np.where(q[..., :1] < 0, -q, q)
 
 
+def quaternion_to_matrix(q: Any) -> np.ndarray:
+    r"""The rotation of a quaternion (w, x, y, z), which need not be of length 1, the inverse of
+    `matrix_to_quaternion`:
+
+        R = I + 2 w hat(u) + 2 hat(u)^2,   (w, u) = q / |q|
+
+    q : [..., 4], not 0  ->  [..., 3, 3]
+    """
+    q = np.asarray(q, dtype=float)
+    q = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    K = hat(q[..., 1:])
+    return np.eye(3) + 2 * q[..., 0, None, None] * K + 2 * K @ K
+
+
 def slerp(R0: np.ndarray, R1: np.ndarray, t: Any) -> np.ndarray:
     r"""Spherical interpolation along the shortest turn: `R0 exp(t log(R0^T R1))`.
 
     R0, R1 : [..., 3, 3], t : broadcastable to [...], 0 gives R0 and 1 gives R1  ->  [..., 3, 3]
     """
     return R0 @ exp_map(np.asarray(t)[..., None] * log_map(R0.swapaxes(-1, -2) @ R1))
+
+
+def smooth_rotations(R: np.ndarray, time: np.ndarray) -> np.ndarray:
+    r"""A smooth way through rotations, read at any times: a cubic spline through their unit
+    quaternions, brought back to length 1.
+
+        R(t) = matrix of s(t) / |s(t)|,   s the spline with s(n) = +-q_n,   q_n . q_{n+1} >= 0
+
+    Of the two quaternions of each rotation the one nearer to the rotation before is taken. Turning
+    the world or the body turns the whole way (multiplying by a quaternion is linear).
+
+    R : (T, ..., 3, 3), given at times 0 .. T - 1;  time : (U,) within them  ->  (U, ..., 3, 3)
+    """
+    q = matrix_to_quaternion(R)
+    turns = np.sign(np.sum(q[1:] * q[:-1], axis=-1, keepdims=True))
+    q[1:] *= np.cumprod(np.where(turns == 0, 1.0, turns), axis=0)
+    return quaternion_to_matrix(CubicSpline(np.arange(len(q)), q)(time))
 
 
 def shortest_rotation(a: Any, b: Any) -> np.ndarray:

@@ -4,6 +4,7 @@ A pose is `rotations (T, J, 3, 3)` and `translations (T, J, 3)`, both relative t
 """
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from . import rotation
 from .clip import POSITION_CHANNELS, Clip
@@ -82,19 +83,30 @@ def forward_kinematics(parents, rotations, translations):
     return np.stack(world_rotations, axis=1), np.stack(positions, axis=1)
 
 
-def resample(rotations, translations, fps, new_fps):
-    """A pose at another frame rate: rotations by slerp, translations linearly; first frame on first frame.
+def resample(rotations, translations, fps, new_fps, *, smooth=True):
+    """A pose at another frame rate, first frame on first frame; what stands in both stays as it is.
 
-    T frames at 30 fps give 2 T - 1 at 60. The same rate gives the same arrays. One frame stays one frame.
-    Never interpolate Euler angles: they wrap by 360 degrees and swing near the gimbal pole.
+    To a higher rate along smooth curves through the frames: translations by a cubic spline, rotations
+    by one on the sphere (`rotation.smooth_rotations`). Straight lines would leave a corner at every
+    frame, whose jerk is several times the motion's own. To a lower rate frames are left out, and what
+    falls between two is read by slerp. Never interpolate Euler angles: they wrap by 360 degrees and
+    swing near the gimbal pole.
+
+    rotations (T, J, 3, 3), translations (T, J, 3), frames a second;  smooth : False for slerp and
+    straight lines to higher rates too  ->  the same at `new_fps`.
+    T frames at 30 fps give 2 T - 1 at 60. The same rate gives the same arrays; one frame stays one.
     """
     frames = len(rotations)
     if fps == new_fps or frames == 1:
         return rotations, translations
     if not SLOWEST <= fps <= FASTEST:
-        raise ValueError(f"frame rate: found {fps:g} frames/s, needed {SLOWEST:g} to {FASTEST:g} to make {new_fps:g} of them; is the frame time right?")
+        raise ValueError(f"frame rate: found {fps:g} frames/s, needed {SLOWEST:g} to {FASTEST:g} to "
+                         f"make {new_fps:g} of them; is the frame time right?")
     new_frames = int(np.floor((frames - 1) * new_fps / fps + 1e-6)) + 1
     time = np.minimum(np.arange(new_frames) * (fps / new_fps), frames - 1)
+    if smooth and new_fps > fps:
+        return (rotation.smooth_rotations(rotations, time),
+                CubicSpline(np.arange(frames), translations)(time))
     before = np.minimum(time.astype(int), frames - 2)
     t = time - before
     return (rotation.slerp(rotations[before], rotations[before + 1], t[:, None]),

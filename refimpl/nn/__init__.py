@@ -21,6 +21,6 @@ from .gram import gram, gram_backward
 from .norms import (absolute_error, absolute_error_backward, l1, l1_backward, mean_squares, mean_squares_backward, norm, norm_backward,
                     squared_error, squared_error_backward, sum_squares, sum_squares_backward)
 from .pool import (avg_depool1d, avg_depool1d_backward, avg_pool1d, avg_pool1d_backward, max_pool1d, max_pool1d_backward, max_pool1d_indices,
-                   max_unpool1d, max_unpool1d_backward)
+                   max_unpool1d, max_unpool1d_backward, random_depool1d, random_depool1d_backward)
 
 __all__ = [name for name in dir() if not name.startswith("_")]

@@ -171,6 +171,39 @@ def avg_depool1d_backward(dx: np.ndarray, h: np.ndarray, width: int = 2) -> np.n
     return _mean(dx.reshape(h.shape + (width,)), _real(dx, width))
 
 
+def random_depool1d(h: np.ndarray, chosen: np.ndarray, width: int = 2) -> np.ndarray:
+    r"""Depooling by chance: of the `width` frames that a value may have come from, one gets all of
+    it and the others 0. The loss network of the 2016 authors' code learns with it and runs with
+    `avg_depool1d`, which is its mean over all choices.
+
+        x[n, c, width t + k] = h[n, c, t]  if k = chosen[n, c, t],  else 0
+
+    h : (N, C, T);  chosen : (N, C, T) of whole numbers from 0 to width - 1, drawn by the caller, so
+    that the function itself is a function   ->  (N, C, width T)
+
+    >>> random_depool1d(np.array([[[2.0, 4]]]), np.array([[[1, 0]]]))
+    array([[[0., 2., 4., 0.]]])
+    """
+    places = _places(h, chosen, width)
+    return _place(h, places, width * h.shape[2])
+
+
+def random_depool1d_backward(dx: np.ndarray, h: np.ndarray, chosen: np.ndarray,
+                             width: int = 2) -> np.ndarray:
+    r"""dh[n, c, t] = dx[n, c, width t + chosen[n, c, t]]; the choice is a constant.
+
+    dx : (N, C, width T)  ->  (N, C, T)
+
+    >>> dx, h = np.array([[[1.0, 3, 5, 7]]]), np.zeros((1, 1, 2))
+    >>> random_depool1d_backward(dx, h, np.array([[[1, 0]]]))
+    array([[[3., 5.]]])
+    """
+    places = _places(h, chosen, width)
+    check_arrays(h=h, dx=dx)
+    check_shape("dx", dx, h.shape[:2] + (width * h.shape[2],), ", the shape of the output")
+    return np.take_along_axis(dx, places, axis=2)
+
+
 def _windows(T, width, stride, padding, dilation, ceil_mode):
     """Positions of every window's elements in the input, some of them outside it.
 
@@ -248,12 +281,27 @@ def _real(like, number):
     return like.real.dtype.type(number)
 
 
+def _places(h, chosen, width):
+    """Where each value goes.   ->  (N, C, T) of int64"""
+    check_arrays(h=h, ndim={"h": 3})
+    width = check_whole("width", width, 1)
+    _check_frames(h)
+    check_shape("chosen", chosen, h.shape, ", the shape of h")
+    _check_indices("chosen", chosen, width, "which of the frames gets the value")
+    return width * np.arange(h.shape[2]) + np.asarray(chosen, dtype=np.int64)
+
+
 def _check_unpool(h, indices, length):
     check_arrays(h=h, ndim={"h": 3})
     check_whole("length", length, 1)
     check_shape("indices", indices, h.shape, ", the shape of h")
-    if np.asarray(indices).dtype.kind not in ("i", "u") or (
-            np.size(indices) and not 0 <= np.min(indices) <= np.max(indices) < length):
-        raise ValueError(f"indices: found {np.asarray(indices).dtype} from "
-                         f"{np.min(indices, initial=0)} to {np.max(indices, initial=0)}, needed "
-                         f"whole numbers from 0 to {length - 1}, as max_pool1d_indices gives them")
+    _check_indices("indices", indices, length, "as max_pool1d_indices gives them")
+
+
+def _check_indices(name, indices, below, what):
+    indices = np.asarray(indices)
+    if indices.dtype.kind not in "iu" or (
+            indices.size and not 0 <= indices.min() <= indices.max() < below):
+        raise ValueError(f"{name}: found {indices.dtype} from {np.min(indices, initial=0)} to "
+                         f"{np.max(indices, initial=0)}, needed whole numbers from 0 to "
+                         f"{below - 1}, {what}")

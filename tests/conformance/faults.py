@@ -8,7 +8,7 @@ import numpy as np
 from refimpl import nn
 from refimpl.conformance import cases, judge_all, reference
 from refimpl.conformance.rivals import (adam_variant, epsilon_inside_the_root, flipped, flipped_backward, foot_without_rotation, journal_trajectory,
-                                        larger_half_left, mean_over, nan_ignored, tie_split_equally, tie_to_all, tie_to_the_last)
+                                        larger_half_left, mean_over, nan_ignored, read_as, tie_split_equally, tie_to_all, tie_to_the_last)
 from refimpl.holden2017 import losses
 from refimpl.motion.joints import BONES
 from tests.conformance import faults_torresani
@@ -135,8 +135,14 @@ def tied_filters_once(dloss, X, W0, b0, **attributes):
     params = {"W0": W0, "b0": b0}
     H = networks.encode(X, params)
     mean = attributes.get("mean", True)
-    d = nn.squared_error_backward(dloss, networks.decode(H, params), X, reduction="mean" if mean else "sum")[0]
-    return dX, networks.decode_backward(d, H, params)[1]["W0"], db0
+    chosen = attributes.get("chosen")
+    d = nn.squared_error_backward(dloss, networks.decode(H, params, chosen=chosen), X, reduction="mean" if mean else "sum")[0]
+    return dX, networks.decode_backward(d, H, params, chosen=chosen)[1]["W0"], db0
+
+
+def halved_squares(dloss, G, H, *, s=0.01, reading="norm"):
+    half = 1 if reading == "norm" else dloss.dtype.type(0.5)
+    return losses.style_loss_backward(dloss * half, G, H, s=s, reading=reading)
 
 
 def relu_after(dy, x):
@@ -203,10 +209,22 @@ FAULTS = (
     Fault("bone lengths squared", "bone_loss", lambda m, *, lengths: losses.bone_loss(m, lengths ** 2)),
     Fault("turning error not squared", "trajectory_loss", journal_trajectory),
     Fault("turn weight applied twice", "trajectory_loss", lambda m, *, wanted, turn_weight=1.0: losses.trajectory_loss(m, wanted, turn_weight=turn_weight ** 2)),
-    Fault("content loss squared", "content_loss", lambda a, b, *, c=1.0, squared=False: losses.content_loss(a, b, c=c, squared=not squared)),
-    Fault("style loss without its weight", "style_loss", lambda g, h, *, s=0.01, squared=False: losses.style_loss(g, h, s=1.0, squared=squared)),
+    Fault("content loss squared", "content_loss", read_as(losses.content_loss, "sum_squares")),
+    Fault("style loss without its weight", "style_loss", lambda g, h, *, s=0.01, reading="norm": losses.style_loss(g, h, s=1.0, reading=reading)),
+    Fault("bars read as norms whatever is asked", "content_loss", lambda a, b, *, c=1.0, reading="norm": losses.content_loss(a, b, c=c)),
+    Fault("style's squares without their factor 2", "style_loss_backward", halved_squares),
+    Fault("weights of norms for means of squares", "total_loss", lambda *a, reading="norm", **k: GOOD["total_loss"](*a, **k)),
+    Fault("half of each value in the chosen frame", "random_depool1d", lambda h, chosen, width=2: nn.random_depool1d(h / h.dtype.type(width), chosen, width)),
+    Fault("the other frame chosen", "random_depool1d", lambda h, chosen, width=2: nn.random_depool1d(h, width - 1 - chosen, width)),
+    Fault("the first unit's choice for all", "random_depool1d", lambda h, chosen, width=2: nn.random_depool1d(h, np.broadcast_to(chosen[:, :1], h.shape), width)),
+    Fault("choices beyond the width wrapped", "random_depool1d", lambda h, chosen, width=2: nn.random_depool1d(h, chosen % width if np.size(width) and width else chosen, width)),
+    Fault("the gradient of average-depooling", "random_depool1d_backward", lambda d, h, chosen, width=2: nn.avg_depool1d_backward(d, h, width)),
+    Fault("the gradient of the frame not chosen", "random_depool1d_backward", lambda d, h, chosen, width=2: nn.random_depool1d_backward(d, h, width - 1 - chosen, width)),
+    Fault("the choice forgotten in the decoder", "decode", lambda H, W0, b0, *, chosen=None: GOOD["decode"](H, W0, b0)),
+    Fault("the choice forgotten in the decoder's gradient", "autoencoder_loss_backward",
+          lambda d, X, W0, b0, *, chosen=None, **k: GOOD["autoencoder_loss_backward"](d, X, W0, b0, **k)),
     Fault("pooling before the bias of the encoder is added twice", "encode", lambda X, W0, b0: GOOD["encode"](X, W0, 2 * b0)),
-    Fault("bias added in the decoder", "decode", lambda H, W0, b0: GOOD["decode"](H, W0, -b0)),
+    Fault("bias added in the decoder", "decode", lambda H, W0, b0, **k: GOOD["decode"](H, W0, -b0, **k)),
     Fault("tied filters receive one gradient of two", "autoencoder_loss_backward", tied_filters_once),
     Fault("the second relu of T forgotten", "transform", lambda X, W1, b1, W2, b2, W3, b3: nn.conv1d(nn.conv1d(nn.relu(nn.conv1d(X, W1, b1)), W2, b2), W3, b3)),
     Fault("batch summed, not averaged", "total_loss_backward", lambda d, *arrays, **k: tuple(g * g.dtype.type(len(k["I"])) for g in GOOD["total_loss_backward"](d, *arrays, **k))),

@@ -23,7 +23,7 @@ def motion(rng, clips=2, frames=6):
 def test_content_loss_by_hand():
     H = np.array([[[3.0, 0], [0, 4]]])
     np.testing.assert_allclose(losses.content_loss(H, np.zeros_like(H)), [5.0])
-    np.testing.assert_allclose(losses.content_loss(H, np.zeros_like(H), c=2.0, squared=True), [2 * 25 / 4])
+    np.testing.assert_allclose(losses.content_loss(H, np.zeros_like(H), c=2.0, reading="mean_squares"), [2 * 25 / 4])
 
 
 def test_style_loss_by_hand():
@@ -81,14 +81,14 @@ def test_trajectory_loss_by_hand():
     np.testing.assert_allclose(losses.trajectory_loss(x, wanted, turn_weight=100.0), [2 * (1 + 9)])
 
 
-@pytest.mark.parametrize("squared", [False, True])
-def test_content_and_style_gradients(rng, squared):
+@pytest.mark.parametrize("reading", losses.READINGS)
+def test_content_and_style_gradients(rng, reading):
     A, B = rng.normal(size=(2, 5, 7)), rng.normal(size=(2, 5, 7))
-    nn.check_gradient(lambda a, b: losses.content_loss(a, b, c=1.7, squared=squared),
-                      lambda d, a, b: losses.content_loss_backward(d, a, b, c=1.7, squared=squared), A, B)
+    nn.check_gradient(lambda a, b: losses.content_loss(a, b, c=1.7, reading=reading),
+                      lambda d, a, b: losses.content_loss_backward(d, a, b, c=1.7, reading=reading), A, B)
     G = rng.normal(size=(2, 5, 5))
-    nn.check_gradient(lambda g, h: losses.style_loss(g, h, s=0.3, squared=squared),
-                      lambda d, g, h: losses.style_loss_backward(d, g, h, s=0.3, squared=squared), G, A)
+    nn.check_gradient(lambda g, h: losses.style_loss(g, h, s=0.3, reading=reading),
+                      lambda d, g, h: losses.style_loss_backward(d, g, h, s=0.3, reading=reading), G, A)
 
 
 def test_constraint_gradients(rng):

@@ -9,7 +9,7 @@ from refimpl.motion.prepare import CONTACT_HEIGHTS, CONTACT_SPEED2
 from refimpl.motion.rotation import yaw_rotation
 
 
-def _encode(P, *, sense=-1, wrap=True, floor=None, seen_from=0, last=True, swap=False, hips=False, atan=False, swapped_axes=False):
+def _encode(P, *, sense=-1, wrap=True, floor=None, seen_from=1, last=True, swap=False, hips=False, atan=False, swapped_axes=False):
     path, forward = f66.root_path(P), f66.facing(P)
     if hips:
         path = P[:, 0][:, [0, 2]]
@@ -41,8 +41,8 @@ def my_encode__floor_forgotten(P):
     return _encode(P, floor=0.0)
 
 
-def my_encode__velocity_seen_from_the_next_frame(P):
-    return _encode(P, seen_from=1)
+def my_encode__velocity_seen_from_the_frame_before(P):
+    return _encode(P, seen_from=0)
 
 
 def my_encode__velocity_in_the_world(P):
@@ -69,15 +69,15 @@ def my_encode__all_x_then_all_y(P):
     return _encode(P, swapped_axes=True)
 
 
-def _root(X, start, yaw=None, sense=1, first=0):
+def _root(X, start, yaw=None, sense=1, first=1):
     yaw = start.yaw + np.concatenate([[0.0], np.cumsum(X[:-1, TURN])]) if yaw is None else yaw
     velocity = np.stack([X[:-1, SIDEWAYS], np.zeros(len(X) - 1), X[:-1, FORWARD]], axis=1)
     steps = (yaw_rotation(sense * yaw[first:len(X) - 1 + first]) @ velocity[..., None])[..., 0]
     return np.cumsum(np.concatenate([[[start.x, start.floor, start.z]], steps]), axis=0), yaw
 
 
-def my_root_motion__turns_before_it_steps(X, start):
-    return _root(X, start, first=1)
+def my_root_motion__steps_before_it_turns(X, start):
+    return _root(X, start, first=0)
 
 
 def my_root_motion__turned_the_wrong_way(X, start):
@@ -111,7 +111,7 @@ def my_root_motion__floor_added_up(X, start):
 def my_root_motion__rows_instead_of_columns(X, start):
     yaw = start.yaw + np.concatenate([[0.0], np.cumsum(X[:-1, TURN])])
     velocity = np.stack([X[:-1, SIDEWAYS], np.zeros(len(X) - 1), X[:-1, FORWARD]], axis=1)
-    steps = (velocity[:, None] @ yaw_rotation(yaw[:-1]))[:, 0]
+    steps = (velocity[:, None] @ yaw_rotation(yaw[1:]))[:, 0]
     return np.cumsum(np.concatenate([[[start.x, start.floor, start.z]], steps]), axis=0), yaw
 
 

@@ -80,3 +80,43 @@ def my_project__relu_left_out(X, W0, b0):
     if frames % 2:
         X = np.concatenate([X, X[:, :, -1:]], axis=2)
     return nn.conv_transpose1d(nn.avg_depool1d(nn.max_pool1d(nn.conv1d(X, W0, b0))) - b0[:, None], W0)[:, :, :frames]
+
+
+def _depooled(h, chosen, share=1.0):
+    return nn.random_depool1d(share * h, chosen)
+
+
+def my_random_depool__half_of_the_value(h, chosen):
+    return _depooled(h, chosen, 0.5)
+
+
+def my_random_depool__the_other_frame(h, chosen):
+    return _depooled(h, 1 - chosen)
+
+
+def my_random_depool__both_frames(h, chosen):
+    return nn.avg_depool1d(2 * h)
+
+
+def my_random_depool__one_choice_for_all_units(h, chosen):
+    return _depooled(h, np.broadcast_to(chosen[:, :1], h.shape))
+
+
+def my_random_depool__first_frames_then_second_frames(h, chosen):
+    return np.concatenate([h * (chosen == 0), h * (chosen == 1)], axis=2)
+
+
+def my_random_depool_backward__of_averages(dx, h, chosen):
+    return nn.avg_depool1d_backward(dx, h)
+
+
+def my_random_depool_backward__sum_of_both(dx, h, chosen):
+    return 2 * nn.avg_depool1d_backward(dx, h)
+
+
+def my_random_depool_backward__the_other_frame(dx, h, chosen):
+    return nn.random_depool1d_backward(dx, h, 1 - chosen)
+
+
+def my_random_depool_backward__half(dx, h, chosen):
+    return nn.random_depool1d_backward(dx, h, chosen) / 2
