@@ -14,9 +14,19 @@ hypothesis.settings.load_profile("refimpl")
 @pytest.fixture(scope="session")
 def mocap():
     """The folder of real clips. Without it these tests are skipped, or fail when REFIMPL_REQUIRE_MOCAP is set (as CI does)."""
-    folder = os.environ.get("REFIMPL_MOCAP")
+    return _folder("REFIMPL_MOCAP", "of real clips")
+
+
+@pytest.fixture(scope="session")
+def witness():
+    """The folder of numbers that the authors' own code produced; found, skipped or required like that of the clips."""
+    return _folder("REFIMPL_WITNESS", "with numbers of the authors' code")
+
+
+def _folder(variable, what):
+    folder = os.environ.get(variable)
     if not folder or not Path(folder).is_dir():
-        message = f"REFIMPL_MOCAP={folder!r} names no folder of real clips"
+        message = f"{variable}={folder!r} names no folder {what}"
         if os.environ.get("REFIMPL_REQUIRE_MOCAP"):
             pytest.fail(message)
         pytest.skip(message)

@@ -7,13 +7,14 @@ import time
 import numpy as np
 
 from ..holden2017.lesson import make_lesson, normalised_windows
-from ..holden2017.measure import held_out_distances, path_error
+from ..holden2017.measure import held_out_distances
 from ..holden2017.model import Manifold, Style, save_manifold, save_style
 from ..holden2017.total import Weights
 from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import transfer
 from ..motion.bvh import write_bvh
 from ..motion.dataset import assemble, save_dataset
+from ..motion.features import path_error, path_length
 from ..motion.prepare import fit_normaliser
 from ..motion.synthetic import STYLES, make_database
 from ..motion.take import make_take
@@ -69,7 +70,8 @@ def run(arguments):
     _pictures(out, takes[exemplar.name].positions, takes[content.name].positions, result.positions,
               {"loss network": manifold_records, "style": style_records})
     report = _report(arguments.style, dataset, manifold_records, style_records, distances,
-                     path_error(result.features, takes[content.name].features), time.perf_counter() - began)
+                     (*path_error(result.features, takes[content.name].features), path_length(takes[content.name].features)),
+                     time.perf_counter() - began)
     with atomic_write(out / "report.json") as file:
         json.dump(report, file, indent=1)
     for key, value in report["numbers"].items():
@@ -88,9 +90,9 @@ def _manifold(dataset, seed):
 
 def _style(lesson, manifold, name, seed):
     epochs = train_style(lesson, manifold, epochs=EPOCHS["style"], rate=RATES["style"], channels=CHANNELS, seed=seed,
-                         weights=Weights().for_leg(manifold.leg))
+                         weights=Weights().fitted(manifold.leg, HIDDEN))
     records, state = _follow(epochs, EPOCHS["style"])
-    return Style(state.params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars, Weights().for_leg(manifold.leg)), records
+    return Style(state.params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars, Weights().fitted(manifold.leg, HIDDEN), lesson.known), records
 
 
 def _follow(epochs, total):
@@ -116,6 +118,7 @@ def _report(style, dataset, manifold_records, style_records, distances, path, se
                "reconstruction loss, last epoch": manifold_records[-1]["loss"],
                "style distance of held-out content": mean("content"), "style distance of T(I)": mean("transformed"),
                "style distance of P(T(I))": mean("projected"), "share of the style distance left": mean("projected") / mean("content"),
-               "mean distance between the paths, cm": path[0], "largest distance between the paths, cm": path[1], "seconds": seconds}
+               "mean distance between the paths, cm": path[0], "largest distance between the paths, cm": path[1],
+               "length of the content's path, cm": path[2], "seconds": seconds}
     return {"style": style, "data": dataset.source, "networks": {"hidden": HIDDEN, "channels": CHANNELS}, "numbers": numbers,
             "held_out_clips": distances, "epochs": {"loss network": manifold_records, "style": style_records}}

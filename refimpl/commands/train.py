@@ -113,8 +113,9 @@ def run_style(arguments):
                       *manifold.params.values())
     like = init_transformation_network(np.random.default_rng(0), channels=arguments.channels, width=arguments.width, dtype=lesson.X.dtype)
     params = _train(arguments, run, like, ("loss", "content", "style", "foot", "bone", "trajectory"),
-                    lambda **how: train_style(lesson, manifold, weights=weights.for_leg(manifold.leg), **how, **settings))
-    style = Style(params, manifold, arguments.style, lesson.pairs, lesson.learned, lesson.exemplars, weights.for_leg(manifold.leg))
+                    lambda **how: train_style(lesson, manifold, weights=weights.fitted(manifold.leg, len(manifold.params["b0"])), **how, **settings))
+    style = Style(params, manifold, arguments.style, lesson.pairs, lesson.learned, lesson.exemplars, weights.fitted(manifold.leg, len(manifold.params["b0"])),
+                  lesson.known)
     save_style(arguments.output, style)
     _finish(arguments)
     measured = held_out_distances(held_out, exemplars, style, dataset.leg)

@@ -1,11 +1,14 @@
 """`refimpl transfer`: a clip in another style, on its own skeleton, at 60 frames a second."""
 
+import sys
+
 import numpy as np
 
 from ..holden2017.model import load_manifold, load_style
 from ..holden2017.optimise import Settings, optimise_transfer
 from ..holden2017.transfer import transfer
 from ..motion.bvh import write_bvh
+from ..motion.features import path_length
 from ..motion.joints import SLOT, read_mapping
 from ..motion.retarget import carries_hips
 from ..motion.take import bone_lengths, guess_unit, read_take, standing_height
@@ -61,13 +64,16 @@ def run(arguments):
     write_bvh(arguments.output, result.clip)
     unit = guess_unit(standing_height(bone_lengths(take.positions)))
     apart = np.linalg.norm((result.positions - take.positions)[:, SLOT["Hips"], [0, 2]], axis=-1)    # of what was written
-    mean, largest = float(apart.mean()), float(apart.max())
+    mean, largest, way = float(apart.mean()), float(apart.max()), path_length(take.features)
     print(f"{arguments.output}: {result.clip.frames} frames at 60 frames/s in style {name}; "
-          f"its path leaves the content's by {mean:.3g} on average, {largest:.3g} at most ({unit})"
+          f"its path leaves the content's by {mean:.3g} on average, {largest:.3g} at most, of a way of {way:.3g} ({unit})"
           + ("" if carries_hips(take) else "; the file has no joint with three position channels to carry it: it stays where the content is"))
+    for warning in result.warnings:
+        print(f"refimpl: warning: {content}: {warning}", file=sys.stderr)
     if arguments.json:
         row = {"content": content, "style": name, "result": arguments.output, "frames": result.clip.frames,
-               "fps": result.clip.fps, "mean path error": mean, "largest path error": largest, "unit": unit}
+               "fps": result.clip.fps, "mean path error": mean, "largest path error": largest, "way": way, "unit": unit,
+               "path kept": result.kept, "strangeness": None if np.isnan(result.strangeness) else result.strangeness, "warnings": "; ".join(result.warnings)}
         settings = {key: value for key, value in vars(arguments).items() if key != "run"}
         write_report(arguments.json, "transfer", settings, [row])
     if arguments.plot or arguments.animate:

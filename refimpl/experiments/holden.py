@@ -15,13 +15,13 @@ import numpy as np
 
 from ..holden2017.judges import Judge, fit_judge, joint_vectors
 from ..holden2017.lesson import Lesson, make_lesson, normalised_windows
-from ..holden2017.measure import path_error, style_distance
+from ..holden2017.measure import style_distance
 from ..holden2017.model import Manifold, Style
 from ..holden2017.total import Weights
 from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import project_features, stylise
 from ..motion.dataset import Dataset, Labelled, assemble, to_scale
-from ..motion.features import POSITIONS, TRANSLATION, VELOCITIES, Start, decode
+from ..motion.features import POSITIONS, TRANSLATION, VELOCITIES, Start, decode, path_error, path_length
 from ..motion.footing import foot_skate, jerk
 from ..motion.joints import BONES, JOINTS
 from ..motion.prepare import fit_normaliser
@@ -80,10 +80,11 @@ def learn_style(lesson: Lesson, manifold: Manifold, name: str, weights: Weights,
                 channels: int = 128, epochs: int = 100, seed: int = 0,
                 report: Callable[[str], None] = lambda line: None) -> Style:
     """weights : for centimetres"""
-    weights = weights.for_leg(manifold.leg)
+    weights = weights.fitted(manifold.leg, len(manifold.params["b0"]))
     params = _last(train_style(lesson, manifold, epochs=epochs, weights=weights, channels=channels,
                                seed=seed), report)
-    return Style(params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars, weights)
+    return Style(params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars, weights,
+                 lesson.known)
 
 
 def _last(epochs: Iterator[Any], report: Callable[[str], None]) -> dict[str, np.ndarray]:
@@ -145,7 +146,7 @@ def _compared(ground: Ground, O: np.ndarray, X: np.ndarray, clip: Labelled,
     """Beside the content: path, speed, bones, feet."""
     cm, positions = 80.0 / manifold.leg, decode(O, Start())
     path = cm * path_error(O, X)[0]
-    way = cm * float(np.linalg.norm(X[:-1, TRANSLATION], axis=1).sum())
+    way = cm * path_length(X)
     j1, j2 = np.array(BONES).T
     bones = np.linalg.norm(positions[:, j1] - positions[:, j2], axis=-1)
     speeds = [np.linalg.norm(f[:, TRANSLATION], axis=1).mean() for f in (O, X)]

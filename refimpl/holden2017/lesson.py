@@ -12,6 +12,7 @@ from ..motion.dataset import to_scale
 from ..motion.features import VELOCITIES
 from ..motion.prepare import windows
 from ..nn import tiled
+from .known import Known, known
 from .losses import style_target
 from .networks import encode
 from .total import Target
@@ -33,7 +34,7 @@ class Lesson:
 
     X : (N, 66, T) normalised;  contacts : (N, 4, T);  trajectory : (N, 3, T) denormalised velocities of the input;
     grams : {content: style target (m, m) for T // 2 hidden frames};  contents : N labels, keys of grams;  bones : (20,);
-    learned, exemplars : names of the clips it is made of;  pairs : {content: content of its exemplars}.
+    learned, exemplars : names of the clips it is made of;  pairs : {content: content of its exemplars};  known : what the style will have seen.
     """
 
     X: np.ndarray
@@ -45,6 +46,7 @@ class Lesson:
     learned: tuple = ()
     exemplars: tuple = ()
     pairs: dict = field(default_factory=dict)
+    known: Known | None = None
 
 
 def batch_target(lesson, indices, loss_network, *, kernels=tiled):
@@ -118,8 +120,9 @@ def make_lesson(dataset, manifold, style, *, content_style="normal", clips=None,
     paired = {content: by_content[found[content]] for content in sorted({c.content for c in chosen})}
 
     features, contacts, labels = [], [], []
-    for clip in learned:
-        cut, planted = windows(to_scale(clip.features, dataset.leg, manifold.leg), clip.contacts)
+    seen = [to_scale(clip.features, dataset.leg, manifold.leg) for clip in learned]
+    for clip, scaled in zip(learned, seen):
+        cut, planted = windows(scaled, clip.contacts)
         features.append(cut)
         contacts.append(planted)
         labels += [clip.content] * len(cut)
@@ -128,7 +131,7 @@ def make_lesson(dataset, manifold, style, *, content_style="normal", clips=None,
     X = np.ascontiguousarray(manifold.normaliser.apply(motion.swapaxes(1, 2)).swapaxes(1, 2), dtype=dtype)
     lesson = Lesson(X, np.concatenate(contacts).swapaxes(1, 2).astype(dtype), motion[:, VELOCITIES].astype(dtype),
                     gram_targets(paired, manifold, X.shape[2], kernels=kernels), tuple(labels), manifold.bones,
-                    tuple(c.name for c in learned), tuple(c.name for c in shown if c.content in found.values()), found)
+                    tuple(c.name for c in learned), tuple(c.name for c in shown if c.content in found.values()), found, known(seen))
     return lesson, tuple(c for c in chosen if c.held_out), paired
 
 

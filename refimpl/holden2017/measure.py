@@ -4,7 +4,6 @@ import numpy as np
 
 from .. import nn
 from ..motion.dataset import to_scale
-from ..motion.features import Start, decode
 from ..nn import tiled
 from .losses import style_target
 from .networks import encode
@@ -29,13 +28,6 @@ def style_distance(features, exemplars, manifold, *, kernels=tiled):
 def content_distance(features, content, manifold, *, kernels=tiled):
     """|| L(I) - L(X) || of two clips of the same length.   (T, 66), (T, 66)  ->  float"""
     return float(np.linalg.norm(hidden_units(features, manifold, kernels=kernels) - hidden_units(content, manifold, kernels=kernels)))
-
-
-def path_error(features, content):
-    """How far the two root paths are apart when both begin alike: mean and largest distance over the frames, in their unit."""
-    roots = [decode(f, Start())[:, 0][:, [0, 2]] for f in (features, content)]
-    distance = np.linalg.norm(roots[0] - roots[1], axis=1)
-    return float(distance.mean()), float(distance.max())
 
 
 def held_out_distances(clips, exemplars, style, leg):

@@ -9,6 +9,7 @@ from ..motion.features import FEATURES, LEG_RANGE
 from ..motion.joints import BONES
 from ..motion.prepare import FORMS, Normaliser
 from ..storage import FormatError, load_npz, plausible, save_npz
+from .known import NUMBERS, Known
 from .losses import READINGS
 from .stylist import Stylist
 from .total import WEIGHED, Weights
@@ -52,7 +53,8 @@ class Style:
     """A trained transformation network.
 
     params : W1, b1 ... b3;  name : of the style;  pairs : {content it was trained for: content of its exemplars};
-    learned, exemplars : names of the clips that it learnt on;  weights : of equation 10 in its training, for the manifold's unit.
+    learned, exemplars : names of the clips that it learnt on;  weights : of equation 10 in its training, for the manifold's unit;
+    known : what it learnt on, to tell when a clip is something else.
     """
 
     params: dict = field(repr=False)
@@ -62,6 +64,7 @@ class Style:
     learned: tuple = ()
     exemplars: tuple = ()
     weights: Weights = Weights()
+    known: Known | None = None
 
     @property
     def contents(self):
@@ -86,17 +89,19 @@ def load_manifold(path):
 
 def save_style(path, style):
     """Write a Style together with its Manifold, so that one file is enough to stylise a clip."""
+    seen = style.known or Known(np.zeros((0, NUMBERS), np.float32), np.ones(NUMBERS), 1.0)
     save_npz(path, "style", STYLE_VERSION, {**style.params, **style.manifold.params, **_skeleton_arrays(style.manifold),
-                                            "weights": np.array([getattr(style.weights, name) for name in WEIGHED], dtype=float)},
+                                            "weights": np.array([getattr(style.weights, name) for name in WEIGHED], dtype=float),
+                                            "pieces": seen.pieces, "piece_scale": seen.scale},
              {**_facts(style.manifold), "name": style.name, "contents": list(style.pairs), "exemplar_contents": list(style.pairs.values()),
-              "learned": list(style.learned), "exemplars": list(style.exemplars), "reading": style.weights.reading})
+              "learned": list(style.learned), "exemplars": list(style.exemplars), "reading": style.weights.reading, "usual": seen.usual})
 
 
 def load_style(path):
     """Read a Style.   Raises FormatError when its parts do not fit each other."""
-    arrays, facts = load_npz(path, "style", STYLE_VERSION, ("W0", "b0", "W1", "b1", "W2", "b2", "W3", "b3", "weights", *_SKELETON),
+    arrays, facts = load_npz(path, "style", STYLE_VERSION, ("W0", "b0", "W1", "b1", "W2", "b2", "W3", "b3", "weights", "pieces", "piece_scale", *_SKELETON),
                              {**_FACTS, "name": str, **dict.fromkeys(("contents", "exemplar_contents", "learned", "exemplars"), list),
-                              "reading": str})
+                              "reading": str, "usual": float})
     manifold = _manifold(path, arrays, facts)
     params = {name: arrays[name] for name in ("W1", "b1", "W2", "b2", "W3", "b3")}
     channels = [FEATURES, params["b1"].size, params["b2"].size, FEATURES]
@@ -112,7 +117,16 @@ def load_style(path):
                           f"and one of {', '.join(READINGS)}")
     weights = Weights(**dict(zip(WEIGHED, values.tolist())), reading=facts["reading"])
     return Style(params, manifold, facts["name"], dict(zip(facts["contents"], facts["exemplar_contents"])), tuple(facts["learned"]), tuple(facts["exemplars"]),
-                 weights)
+                 weights, _known(path, arrays, facts))
+
+
+def _known(path, arrays, facts):
+    pieces, scale = arrays["pieces"], arrays["piece_scale"]
+    if (pieces.ndim != 2 or pieces.shape[1:] != scale.shape or scale.shape != (NUMBERS,) or pieces.dtype != np.float32 or scale.dtype != float
+            or not (plausible(pieces) and plausible(scale) and (scale > 0).all() and 0 < facts["usual"] < np.inf)):
+        raise FormatError(f"{path}: found pieces of shape {pieces.shape} with scales of shape {scale.shape}, needed (n, {NUMBERS}) and ({NUMBERS},) of plausible "
+                          "numbers, those of what the style learnt on")
+    return Known(pieces, scale, facts["usual"]) if len(pieces) else None
 
 
 def _skeleton_arrays(manifold):

@@ -32,7 +32,7 @@ from ..motion.dataset import to_scale
 from ..motion.features import VELOCITIES
 from . import losses
 from .networks import decode, decode_backward_to_input, encode
-from .total import Target, Weights, column, constraint_losses, constraint_losses_backward, denormalise
+from .total import WEIGHTS, Target, Weights, column, constraint_losses, constraint_losses_backward, denormalise
 from .transfer import onto_skeleton
 
 
@@ -103,7 +103,7 @@ def optimise(features, contacts, exemplars, manifold, *, settings=Settings(), we
     if not exemplars:
         raise ValueError("exemplars: found none, needed at least one clip in the style")
     params, normaliser = manifold.params, manifold.normaliser
-    weights = weights or Weights().for_leg(manifold.leg)
+    weights = weights or WEIGHTS["norm"].fitted(manifold.leg)
     even = np.concatenate([features, features[-1:]]) if len(features) % 2 else features
     planted = np.concatenate([contacts, contacts[-1:]]) if len(features) % 2 else contacts
     X = manifold.network_input(even)

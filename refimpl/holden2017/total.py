@@ -6,7 +6,7 @@ import numpy as np
 
 from ..nn import tiled
 from . import losses
-from .networks import encode, encode_backward_to_input, transform, transform_backward
+from .networks import HIDDEN, encode, encode_backward_to_input, transform, transform_backward
 
 
 @dataclass(frozen=True)
@@ -14,30 +14,35 @@ class Weights:
     """What each loss counts in training, and how the bars of equations 4 and 5 are read (`losses.READINGS`).
 
     c and s are the paper's. The constraints, which the paper scales "with respect to the units of the data", are for centimetres (a leg of
-    80) and windows of 240 frames; `for_leg` converts them. `turn` is what a squared radian is worth in squared lengths: as if seen at a
+    80), 256 hidden units and windows of 240 frames; `fitted` converts them. `turn` is what a squared radian is worth in squared lengths: as if seen at a
     point one metre away; with less a style learnt from straight walks forgets to turn.
     """
 
     content: float = 1.0
     style: float = 0.01
-    foot: float = 5e-5
-    bone: float = 5e-6
-    trajectory: float = 2.5e-3
+    foot: float = 2e-4
+    bone: float = 2e-5
+    trajectory: float = 1e-2
     turn: float = 10000.0
     reading: str = "mean_squares"
 
-    def for_leg(self, leg):
-        """The same weights for data in which a leg has this length: squared lengths shrink or grow with its square."""
+    def fitted(self, leg, hidden=HIDDEN):
+        """The same weights for data in which a leg has this length and a loss network of so many units.
+
+        Squared lengths shrink or grow with the square of the leg. A mean over fewer units is larger, since each has more to say.
+        """
         factor = (80.0 / leg) ** 2
-        return replace(self, foot=self.foot * factor, bone=self.bone * factor, trajectory=self.trajectory * factor, turn=self.turn / factor)
+        share = factor * (HIDDEN / hidden if self.reading == "mean_squares" else 1.0)
+        return replace(self, foot=self.foot * share, bone=self.bone * share, trajectory=self.trajectory * share, turn=self.turn / factor)
 
 
 # What training takes for each reading. A mean of squares pulls with 2 |D| / (m T), some 1/200 of a norm's pull, where
 # D = L(I) - L(T(I)) has m T = 30,720 elements (256 hidden units, windows of 240 frames) and is some 75 long; a sum with 2 |D|. The
-# constraints keep their share. s weighs a square of the hidden units against the units: for norms, 0.01 leaves most of the style.
+# constraints of squares are four times those of norms beside the rest, which keeps the path (the curve stands in the README). s weighs a
+# square of the hidden units against the units: for norms, 0.01 leaves more than twice as much of the style.
 WEIGHTS = {"norm": Weights(1.0, 0.06, 0.01, 0.001, 0.5, reading="norm"),
            "mean_squares": Weights(),
-           "sum_squares": Weights(1.0, 0.01, 1.5, 0.15, 75.0, reading="sum_squares")}
+           "sum_squares": Weights(1.0, 0.01, 6.0, 0.6, 300.0, reading="sum_squares")}
 
 
 @dataclass(frozen=True)

@@ -8,27 +8,48 @@ body of other proportions hips and shoulders are drawn towards the training skel
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from ..motion.clip import Clip
 from ..motion.dataset import to_scale
-from ..motion.features import FPS, POSITIONS, TRANSLATION, VELOCITIES, decode
+from ..motion.features import FPS, TRANSLATION, VELOCITIES, decode, path_error, path_length
 from ..motion.foot_ik import plant
 from ..motion.footing import pace
 from ..motion.retarget import fit_pose, points
 from ..motion.skeleton import with_pose
+from .known import STRANGE
 from .networks import project, transform
 
-SMOOTH = 2.0                                                 # frames: average-depooling gives both frames of a pair one value, a step that real motion has not
+ASTRAY = 0.1, 0.2                                            # of the way, and in legs: how far the path of T(I) may lie from the content's
 
 
 @dataclass(frozen=True)
 class Stylised:
-    """A stylised take: clip on its own skeleton, positions (T, 21, 3) of its 21 points, y up, and features (T, 66) as the network left them, in the take's unit."""
+    """A stylised take.
+
+    clip : on its own skeleton;  positions : (T, 21, 3) of its 21 points, y up;  features : (T, 66) as the network left them, in the take's unit;
+    astray : mean distance of the path of T(I) from the content's, and way : the length of the content's, in legs;
+    kept : whether the content's path was kept instead;  strangeness : of the content (`known.Known`), NaN where the style does not know
+    """
 
     clip: Clip
     positions: np.ndarray
     features: np.ndarray
+    astray: float = float("nan")
+    way: float = float("nan")
+    kept: bool = False
+    strangeness: float = float("nan")
+
+    @property
+    def warnings(self):
+        """Why not to trust this result.   ->  tuple of str"""
+        said = []
+        if self.strangeness > STRANGE:
+            said.append(f"the clip is nothing like what the style learnt on (its poses lie {self.strangeness:.1f} times as far from them as a "
+                        f"strange one among those; up to {STRANGE:g} is usual): expect a figure that moves as the style knows, not as this clip does")
+        if self.kept:
+            said.append(f"the style would leave a way of {self.way:.1f} legs by {self.astray:.1f} legs on average (allowed: {ASTRAY[0]:.0%} of the way and "
+                        f"{ASTRAY[1]:g} leg): the content's own path is kept")
+        return tuple(said)
 
 
 def stylise(features, style, *, projected=True, stylist=None, kernels=None):
@@ -61,27 +82,29 @@ def transfer(take, style, *, projected=True, clean=True, own_pace=False, stylist
     """Stylise a take.   Take, Style  ->  Stylised.   clean : see `onto_skeleton`;  stylist, kernels : as in `stylise`
 
     The character is brought to the model's size and back, and starts where and as the content starts. Its root keeps the velocities of
-    T(I), which equation 9 holds to the content's; the projection would lead the path astray (see the README's deviations).
+    T(I), which equation 9 holds to the content's; the projection would lead the path astray (see the README's deviations). Where T leads
+    it astray itself (`ASTRAY`), as with contents of other speeds than it has learnt, the content's path is kept, unless `clean` is False.
     own_pace : walk the path as fast as the feet step (`footing.pace`), so that an old man's short steps need not become long ones.
     """
     leg, manifold = take.leg, style.manifold
-    transformed = stylise(to_scale(take.features, leg, manifold.leg), style, projected=False, stylist=stylist, kernels=kernels)
+    content = to_scale(take.features, leg, manifold.leg)
+    transformed = stylise(content, style, projected=False, stylist=stylist, kernels=kernels)
     moved = project_features(transformed, manifold, stylist=stylist, kernels=kernels) if projected else transformed.copy()
-    moved[:, VELOCITIES] = transformed[:, VELOCITIES]
+    astray, way = path_error(transformed, content)[0] / manifold.leg, path_length(content) / manifold.leg
+    kept = clean and astray > ASTRAY[0] * way + ASTRAY[1]
+    moved[:, VELOCITIES] = (content if kept else transformed)[:, VELOCITIES]
     if own_pace:
         moved[:, TRANSLATION] *= pace(moved, take.contacts)
-    return onto_skeleton(take, to_scale(moved, manifold.leg, leg), clean=clean)
+    strangeness = style.known.strangeness(content) if style.known else float("nan")
+    return replace(onto_skeleton(take, to_scale(moved, manifold.leg, leg), clean=clean), astray=astray, way=way, kept=bool(kept), strangeness=strangeness)
 
 
 def onto_skeleton(take, features, *, clean=True):
     """Features in the take's unit as a clip on the take's skeleton, which begins where the take begins.
 
-    clean : smooth the joints by a Gaussian of `SMOOTH` frames and lock the feet where the content's are planted (`motion.foot_ik`);  take : Take, features : (T, 66)   ->  Stylised
+    clean : lock the feet where the content's are planted (`motion.foot_ik`);  take : Take, features : (T, 66)   ->  Stylised
     """
-    smooth = features.copy()
-    if clean:
-        smooth[:, POSITIONS] = gaussian_filter1d(features[:, POSITIONS], SMOOTH, axis=0, mode="nearest")
-    pose = fit_pose(take, decode(smooth, take.start))
+    pose = fit_pose(take, decode(features, take.start))
     if clean:
         goals = plant(points(take, *pose), take.contacts, take.start.floor)
         pose = fit_pose(replace(take, rotations=pose[0], translations=pose[1]), goals)

@@ -149,3 +149,15 @@ def scale(features, factor):
     scaled = features * factor
     scaled[:, TURN] = features[:, TURN]
     return scaled
+
+
+def path_error(features, content):
+    """How far the two root paths are apart when both begin alike: mean and largest distance over the frames, in their unit."""
+    roots = [root_motion(f)[0][:, [0, 2]] for f in (features, content)]
+    distance = np.linalg.norm(roots[0] - roots[1], axis=1)
+    return float(distance.mean()), float(distance.max())
+
+
+def path_length(features):
+    """How long the way of the root is, in the features' unit.   (T, 66)  ->  float"""
+    return float(np.linalg.norm(features[:-1, TRANSLATION], axis=1).sum())

@@ -11,6 +11,7 @@ from refimpl import nn
 from refimpl.holden2017 import networks, total, train
 from refimpl.holden2017.half import half_filters, half_filters_backward
 from refimpl.holden2017.lesson import Lesson
+from refimpl.holden2017.losses import READINGS
 from refimpl.holden2017.model import Manifold
 from refimpl.holden2017.parts import StyleWork, in_parts, style_part, summed
 from refimpl.holden2017.step import AutoencoderStep, StyleStep
@@ -79,7 +80,7 @@ def test_a_stylist_in_float32_at_the_papers_sizes():
     assert found.dtype == np.float32 and np.linalg.norm(found - exact) <= 2e-6 * np.linalg.norm(exact)
 
 
-def problem(seed, B=3, T=40, **sizes):
+def problem(seed, B=3, T=40, reading="norm", **sizes):
     """Arguments of the definition and of the step."""
     rng, params, L = made(seed, **sizes)
     m = len(L["b0"])
@@ -87,14 +88,14 @@ def problem(seed, B=3, T=40, **sizes):
     grams = [g @ g.T for g in rng.normal(size=(B, m, m))]
     contacts, trajectory, bones = (rng.random((B, 4, T)) < 0.5).astype(float), rng.normal(size=(B, 3, T)), rng.uniform(1, 4, len(BONES))
     mean, deviation = rng.normal(size=66), rng.uniform(0.5, 3, 66)
-    weights = Weights(content=1.3, style=0.4, foot=0.02, bone=0.03, trajectory=0.05, turn=7.0)
+    weights = Weights(content=1.3, style=0.4, foot=0.02, bone=0.03, trajectory=0.05, turn=7.0, reading=reading)
     target = Target(networks.encode(I, L, kernels=nn), np.stack(grams), contacts, bones, trajectory)
     return params, I, target, L, mean, deviation, weights
 
 
-@pytest.mark.parametrize("seed,T_width", [(1, None), (2, None), (3, 5)])
-def test_the_shared_style_step_is_equation_10(seed, T_width):
-    params, I, target, L, mean, deviation, weights = problem(seed, T_width=T_width)
+@pytest.mark.parametrize("seed,T_width,reading", [(1, None, "norm"), (2, None, "mean_squares"), (4, None, "sum_squares"), (3, 5, "norm")])
+def test_the_shared_style_step_is_equation_10(seed, T_width, reading):
+    params, I, target, L, mean, deviation, weights = problem(seed, T_width=T_width, reading=reading)
     _, terms = total.total_loss(params, I, target, L, mean, deviation, weights, kernels=nn)
     gradients = total.total_loss_backward(1.0, params, I, target, L, mean, deviation, weights, kernels=nn)
     step = StyleStep(3, 40, params, L, mean, deviation, weights)
@@ -108,8 +109,9 @@ def test_the_shared_style_step_is_equation_10(seed, T_width):
             close(walked[name], gradients[name])
 
 
-def test_the_shared_style_step_where_norms_are_zero():
-    params, I, target, L, mean, deviation, weights = problem(4)
+@pytest.mark.parametrize("reading", READINGS)
+def test_the_shared_style_step_where_norms_are_zero(reading):
+    params, I, target, L, mean, deviation, weights = problem(4, reading=reading)
     dead = {"W0": L["W0"], "b0": np.full_like(L["b0"], -1e9)}                            # no unit is ever active
     target = Target(np.zeros_like(target.hidden), np.zeros_like(target.gram), target.contacts, target.bones, target.trajectory)
     gradients = total.total_loss_backward(1.0, params, I, target, dead, mean, deviation, weights, kernels=nn)
@@ -119,16 +121,17 @@ def test_the_shared_style_step_where_norms_are_zero():
         close(walked[name], gradients[name])
 
 
-@pytest.mark.parametrize("noise", [False, True])
-def test_the_shared_autoencoder_step_is_equation_3(noise):
-    rng, _, L = made(6)
+@pytest.mark.parametrize("noise, chance, width", [(False, False, 9), (True, False, 9), (True, True, 9), (False, True, 8), (False, True, 1)])
+def test_the_shared_autoencoder_step_is_equation_3(noise, chance, width):
+    rng, _, L = made(6, width=width)
     X = rng.normal(size=(4, 66, 30))
     noisy = rng.normal(size=X.shape) if noise else None
-    step = AutoencoderStep(4, 30, L)
+    step = AutoencoderStep(4, 30, L, random=chance)
     for _ in range(2):
-        loss, gradients = step(L, X, noisy)
-        np.testing.assert_allclose(loss, networks.autoencoder_loss(X, L, noisy=noisy, kernels=nn), rtol=1e-12)
-        needed = networks.autoencoder_loss_backward(1.0, X, L, noisy=noisy, kernels=nn)[1]
+        chosen = rng.integers(2, size=(4, 10, 15)) if chance else None
+        loss, gradients = step(L, X, noisy, chosen)
+        np.testing.assert_allclose(loss, networks.autoencoder_loss(X, L, noisy=noisy, chosen=chosen, kernels=nn), rtol=1e-12)
+        needed = networks.autoencoder_loss_backward(1.0, X, L, noisy=noisy, chosen=chosen, kernels=nn)[1]
         for name in needed:
             close(gradients[name], needed[name])
 

@@ -125,7 +125,9 @@ def test_every_system_is_carried_out_and_summed_up(world, both, tmp_path):
     assert by_system["content"]["style by joints"] == 0 and by_system["real"]["style by joints"] == by_system["real"]["style by gram"] == 1
     assert by_system["content"]["style distance left"] == by_system["real"]["jerk / real"] == 1 and by_system["real"]["style distance left"] < 0.5
     assert all(row["bone error"] < 1e-6 for row in rows if "bone error" in row)
-    assert all(row["skate"] < 0.01 for row in rows if row["system"] in ("2016", "2017", "2017, own pace"))
+    slides = {row["system"]: row["skate"] for row in rows if "skate" in row}
+    # Of an untrained network, which shakes feet out of reach for moments.
+    assert all(slides[system] < 0.1 * slides["2017 T(I), raw"] for system in ("2016", "2017", "2017, own pace"))
     assert by_system["2017 T(I), raw"]["skate"] > 1 and by_system["2017"]["frames/s"] > 0
 
 

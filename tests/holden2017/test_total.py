@@ -6,11 +6,12 @@ import pytest
 from refimpl import nn
 from refimpl.holden2017 import networks, total, train
 from refimpl.holden2017.lesson import Lesson, LessonError, pair_contents
-from refimpl.holden2017.total import Target, Weights
+from refimpl.holden2017.losses import READINGS
+from refimpl.holden2017.total import WEIGHTS, Target, Weights
 from refimpl.motion.joints import BONES
 
 
-def problem(seed=3, frames=8, hidden=6):
+def problem(seed=3, frames=8, hidden=6, reading="norm"):
     """A small but complete case: T, the loss network, a target with every term, all in float64."""
     rng = np.random.default_rng(seed)
     T = networks.init_transformation_network(rng, channels=4, width=3, dtype=float)
@@ -20,19 +21,20 @@ def problem(seed=3, frames=8, hidden=6):
     gram = np.stack([g @ g.T for g in rng.normal(size=(2, hidden, hidden))])
     target = Target(networks.encode(I, L), gram, (rng.random((2, 4, frames)) < 0.6).astype(float), rng.uniform(1, 4, len(BONES)),
                     rng.normal(size=(2, 3, frames)), rng.normal(size=(2, 4, 3, frames - 1)))
-    weights = Weights(content=1.3, style=0.4, foot=0.02, bone=0.03, trajectory=0.05, turn=7.0)
+    weights = Weights(content=1.3, style=0.4, foot=0.02, bone=0.03, trajectory=0.05, turn=7.0, reading=reading)
     return T, I, target, L, mean, deviation, weights
 
 
-def test_gradient_of_the_whole_loss_through_the_output():
-    _, I, target, L, mean, deviation, weights = problem()
+@pytest.mark.parametrize("reading", READINGS)
+def test_gradient_of_the_whole_loss_through_the_output(reading):
+    _, I, target, L, mean, deviation, weights = problem(reading=reading)
     nn.check_gradient(lambda O: sum(total.motion_losses(O, target, L, mean, deviation, weights).values()),
                       lambda d, O: total.motion_losses_backward(d, O, target, L, mean, deviation, weights), I * 0.9)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_gradient_of_the_whole_loss_through_T(seed):
-    T, *rest = problem(seed)
+@pytest.mark.parametrize("seed, reading", list(enumerate(READINGS, start=1)))
+def test_gradient_of_the_whole_loss_through_T(seed, reading):
+    T, *rest = problem(seed, reading=reading)
     names = tuple(T)
 
     def f(*arrays):
@@ -46,10 +48,31 @@ def test_gradient_of_the_whole_loss_through_T(seed):
 
 
 def test_weights_follow_the_unit():
-    cm, metres = Weights().for_leg(80.0), Weights().for_leg(0.8)
+    cm, metres = Weights().fitted(80.0), Weights().fitted(0.8)
     assert cm == Weights()
     np.testing.assert_allclose(metres.bone, 1e4 * cm.bone)       # squared metres are 1e-4 of squared centimetres
     np.testing.assert_allclose(metres.turn * metres.trajectory, cm.turn * cm.trajectory)
+
+
+def test_constraints_of_means_follow_the_number_of_units():
+    narrow = Weights().fitted(80.0, 64)
+    assert (narrow.foot, narrow.bone, narrow.trajectory) == (4 * Weights().foot, 4 * Weights().bone, 4 * Weights().trajectory)
+    assert (narrow.style, narrow.content, narrow.turn) == (Weights().style, Weights().content, Weights().turn)
+    for reading in ("norm", "sum_squares"):
+        assert WEIGHTS[reading].fitted(80.0, 64) == WEIGHTS[reading]
+
+
+def test_the_printed_constants_are_the_defaults():
+    """c = 1.0 and s = 0.01, with the bars read as means of squares."""
+    assert (Weights().content, Weights().style, Weights().reading) == (1.0, 0.01, "mean_squares")
+    assert set(WEIGHTS) == set(READINGS) and all(weights.reading == reading for reading, weights in WEIGHTS.items())
+
+
+def test_constraints_keep_their_share_from_reading_to_reading():
+    """A sum of squares is m T / 2 = 30,720 times its mean, so are its constraints; s differs, which weighs squares of m^2 elements."""
+    means, sums = WEIGHTS["mean_squares"], WEIGHTS["sum_squares"]
+    for name in ("foot", "bone", "trajectory"):
+        assert getattr(sums, name) / getattr(means, name) == pytest.approx(256 * 240 / 2, rel=0.05)
 
 
 def test_every_term_counts():
@@ -86,11 +109,41 @@ def test_training_goes_on_where_it_stopped():
         np.testing.assert_array_equal(whole.params[name], resumed.params[name])
 
 
-def test_autoencoder_learns_a_simple_motion():
+@pytest.mark.parametrize("depooling", train.DEPOOLING)
+def test_autoencoder_learns_a_simple_motion(depooling):
     t = np.arange(48)
     X = np.stack([np.sin(0.3 * t + phase)[None] * np.linspace(-1, 1, 66)[:, None] for phase in range(8)])
-    records = [record for record, _ in train.train_autoencoder(X, epochs=30, hidden=16, width=5, dropout=0.0, batch=4, rate=3e-3)]
+    records = [record for record, _ in train.train_autoencoder(X, epochs=30, hidden=16, width=5, dropout=0.0, batch=4, rate=3e-3,
+                                                                depooling=depooling)]
     assert records[-1].losses["loss"] < 0.2 * records[0].losses["loss"]
+
+
+def test_chance_is_seeded_and_resumed():
+    X = np.random.default_rng(0).normal(size=(6, 66, 24)).astype(np.float32)
+    settings = dict(epochs=4, hidden=8, width=5, batch=4, seed=3)
+    states = [state for _, state in train.train_autoencoder(X, **settings)]
+    again = [state for _, state in train.train_autoencoder(X, state=states[1], **settings)]
+    parts = [state for _, state in train.train_autoencoder(X, parts=2, **settings)]
+    other = [state for _, state in train.train_autoencoder(X, **{**settings, "seed": 4})]
+    for name, value in states[-1].params.items():
+        np.testing.assert_array_equal(again[-1].params[name], value)
+        np.testing.assert_allclose(parts[-1].params[name], value, atol=1e-5)             # the choices do not depend on the parts
+        assert not np.array_equal(other[-1].params[name], value)
+    with pytest.raises(ValueError, match="depooling: found 'max', needed random or average"):
+        next(train.train_autoencoder(X, depooling="max", **settings))
+
+
+def test_learning_by_chance_makes_smooth_filters():
+    """Twelve slow waves: filters that learn with halves carry wiggles which undo the steps, those that learn by chance cannot."""
+    t = np.arange(60)
+    rng = np.random.default_rng(1)
+    X = np.stack([np.sin(0.2 * t + phase) * rng.normal(size=(66, 1)) for phase in np.linspace(0, 6, 12)])
+    fast = {}
+    for depooling in train.DEPOOLING:
+        *_, (_, state) = train.train_autoencoder(X, epochs=60, hidden=16, width=9, dropout=0.0, batch=4, rate=3e-3, depooling=depooling)
+        moved = networks.project(X, state.params) - X
+        fast[depooling] = np.square(np.diff(moved, n=3, axis=2)).mean()
+    assert fast["random"] < 0.25 * fast["average"]
 
 
 def test_non_finite_training_stops_and_names_the_batch():

@@ -4,6 +4,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
+from refimpl.holden2017 import losses
 from refimpl.motion import features as F
 from refimpl.motion import prepare, rotation
 from refimpl.motion.joints import FEET, SLOT
@@ -51,6 +52,66 @@ def test_walking_forward_and_turning_left_have_positive_numbers():
     np.testing.assert_allclose(x[30:70, F.SIDEWAYS], 0.0, atol=1e-9)
     turning = np.broadcast_to(motion[:1], (400, 21, 3)) @ rotation.yaw_rotation(0.01 * np.arange(400)).swapaxes(1, 2)
     np.testing.assert_allclose(F.encode(turning)[0][100:300, F.TURN], 0.01, atol=1e-6)
+
+
+def test_a_step_is_seen_from_where_it_leads():
+    """A quarter turn to the left and a step along the new heading: forward, not sideways."""
+    x = np.zeros((3, 66))
+    x[0, F.TURN], x[0, F.FORWARD] = np.pi / 2, 1.0
+    root, yaw = F.root_motion(x)
+    np.testing.assert_allclose(root, [[0, 0, 0], [1, 0, 0], [1, 0, 0]], atol=1e-15)      # +x is to the left of +z
+    np.testing.assert_allclose(yaw, [0, np.pi / 2, np.pi / 2])
+
+
+@given(st.integers(0, 10_000), st.floats(0.002, 0.03), st.floats(1.0, 4.0))
+def test_a_foot_that_stands_still_is_still_to_second_order(seed, turn, speed):
+    """Equation 7 and the velocity's frame fit each other: at most turn^2 / 2 of a foot's distance is left."""
+    rng = np.random.default_rng(seed)
+    yaw = turn * np.arange(120)
+    ahead = np.stack([np.sin(yaw), 0 * yaw, np.cos(yaw)], axis=1)
+    pose = random_motion(rng, 1)[0]
+    motion = pose @ rotation.yaw_rotation(yaw).swapaxes(1, 2) + np.cumsum(speed * ahead, axis=0)[:, None]
+    motion[:, FEET] = motion[60, FEET]
+    x, _ = F.encode(motion, floor=0.0)
+    left = np.linalg.norm(losses.foot_velocities(x.T[None])[0, :, :, 30:90], axis=1)
+    reach = np.linalg.norm(x[30:90, F.POSITIONS].reshape(60, 21, 3)[:, FEET][..., [0, 2]], axis=-1).T
+    assert (left <= 0.51 * x[30:90, F.TURN] ** 2 * reach + 1e-9).all()
+
+
+def test_path_error_and_length_by_hand():
+    x, y = np.zeros((2, 5, 66))
+    x[:, F.FORWARD], y[:, F.FORWARD] = 2.0, 1.0
+    assert F.path_length(x) == 8.0 and F.path_error(x, y) == (2.0, 4.0)
+
+
+def test_the_2016_normaliser_is_the_authors(witness):
+    data = np.load(witness / "1_preprocessing.npz")
+    windows = []
+    for name in data["normaliser_clips"]:
+        for begin in data[f"{name}_window_starts"]:
+            rows = data[f"{name}_rows"][begin:begin + 240]
+            before = -(-(240 - len(rows)) // 2)                  # the odd row on the left
+            padded = np.pad(rows, ((before, 240 - len(rows) - before), (0, 0)), mode="edge")
+            padded[:before, 66:69] = padded[before + len(rows):, 66:69] = 0
+            windows.append(padded)
+    rows = np.concatenate(windows)
+    features = np.concatenate([rows[:, 3:66], rows[:, [68, 67, 66]]], axis=1)            # turning (its sign is no matter), forward, sideways
+    found = prepare.fit_normaliser(features, "witness", contacts=rows[:, 69:], form="2016")
+    needed = np.concatenate([data["Xstd"][3:66], data["Xstd"][[68, 67, 66]]])
+    np.testing.assert_allclose(found.deviation, needed, rtol=1e-9)
+    np.testing.assert_allclose(found.mean[:63], data["Xmean"][3:66], rtol=1e-9, atol=1e-9)
+
+
+def test_forms_of_a_normaliser():
+    rng = np.random.default_rng(0)
+    x = random_motion(rng, 40)
+    features = F.encode(x)[0]
+    with pytest.raises(ValueError, match="form: found 'z', needed one of groups, 2016"):
+        prepare.fit_normaliser(features, "x", form="z")
+    with pytest.raises(ValueError, match=r"contacts: found shape \(\), needed \(40, 4\)"):
+        prepare.fit_normaliser(features, "x", form="2016")
+    found = prepare.fit_normaliser(features, "x", contacts=np.zeros((40, 4)), form="2016")
+    assert found.form == "2016" and len(set(found.deviation[F.POSITIONS])) == 2 and (found.mean[F.VELOCITIES] == 0).all()
 
 
 def test_last_row_repeats_the_velocities_and_one_frame_stands_still():

@@ -210,3 +210,45 @@ def test_more_bad_input():
         nn.max_unpool1d(X, np.zeros(X.shape, int), 0)
     with pytest.raises(ValueError, match="dx: found shape"):
         nn.max_unpool1d_backward(np.zeros((2, 3, 8)), X, np.zeros(X.shape, int), 9)
+
+
+@given(st.integers(0, 10 ** 6), st.integers(1, 4), st.integers(1, 3), st.integers(1, 6), st.sampled_from([np.float32, np.float64, np.longdouble, np.complex128]))
+def test_depooling_by_chance(seed, width, channels, frames, dtype):
+    rng = np.random.default_rng(seed)
+    h = rng.normal(size=(2, channels, frames)).astype(dtype)
+    chosen = rng.integers(width, size=h.shape)
+    x = nn.random_depool1d(h, chosen, width)
+    assert x.dtype == dtype and x.shape == (2, channels, width * frames)
+    pairs = x.reshape(h.shape + (width,))
+    np.testing.assert_array_equal(np.take_along_axis(pairs, chosen[..., None], axis=-1)[..., 0], h)
+    assert np.count_nonzero(pairs) == h.size                     # everything else is 0
+    np.testing.assert_allclose(nn.avg_pool1d(x, width), h / dtype(width), rtol=1e-6)     # nothing lost, nothing added
+    every = [nn.random_depool1d(h, np.full(h.shape, k), width) for k in range(width)]
+    np.testing.assert_allclose(sum(every) / dtype(width), nn.avg_depool1d(h, width), rtol=1e-6)      # its mean is average-depooling
+    dx = rng.normal(size=x.shape).astype(dtype)
+    dh = nn.random_depool1d_backward(dx, h, chosen, width)
+    assert dh.dtype == dtype
+    np.testing.assert_allclose(np.sum(x * dx), np.sum(h * dh), rtol=1e-4, atol=1e-4)     # the adjoint
+    if dtype is np.float64:
+        nn.check_gradient(lambda a: nn.random_depool1d(a, chosen, width), lambda d, a: nn.random_depool1d_backward(d, a, chosen, width), h)
+
+
+def test_depooling_by_chance_as_the_authors_code_draws_it(witness):
+    """20 draws of the 2016 code: each is this operation with some choice, and the choice differs from unit to unit and from frame to frame."""
+    data = np.load(witness / "2_kinks_and_noise.npz")
+    h = data["depool_in"].astype(float)
+    chosen = [(draw.reshape(1, 2, 6, 2) != 0).argmax(axis=-1) for draw in data["depool_draws"]]
+    for draw, choice in zip(data["depool_draws"], chosen):
+        np.testing.assert_array_equal(nn.random_depool1d(h, choice)[0], draw)
+    assert 0.3 < np.mean(chosen) < 0.7 and np.std(chosen, axis=0).min() > 0 and any((c[0, 0] != c[0, 1]).any() for c in chosen)
+
+
+def test_depooling_by_chance_refuses():
+    h, chosen = np.zeros((2, 3, 4)), np.zeros((2, 3, 4), int)
+    for wrong, message in ((chosen + 2, "chosen: found int64 from 0 to 2, needed whole numbers from 0 to 1"), (chosen[:, :1], "chosen: found shape"),
+                           (chosen + 0.0, "chosen: found float64"), (chosen - 1, "chosen: found int64 from -1 to 0")):
+        for call in (lambda c: nn.random_depool1d(h, c), lambda c: nn.random_depool1d_backward(np.zeros((2, 3, 8)), h, c)):
+            with pytest.raises(ValueError, match=message):
+                call(wrong)
+    with pytest.raises(ValueError, match="dx: found shape"):
+        nn.random_depool1d_backward(h, h, chosen)
