@@ -1,11 +1,14 @@
 """The command line from BVH to BVH, and every wrong input that a newcomer might give it: one line, status 2, nothing left behind."""
 
+import dataclasses
 import json
 
 import numpy as np
 import pytest
 
 from refimpl.cli import main
+from refimpl.holden2017.known import known
+from refimpl.holden2017.model import load_style, save_style
 from refimpl.motion import bvh, synthetic, take
 from refimpl.motion.footing import foot_skate
 
@@ -51,6 +54,32 @@ def test_transfer_keeps_skeleton_and_frames(models, folder, tmp_path, capsys):
     assert (tmp_path / "strip.png").read_bytes()[:4] == b"\x89PNG"
     assert "</html>" in (tmp_path / "moving.html").read_text() or "<script" in (tmp_path / "moving.html").read_text()
     assert "60 frames/s in style 'old'" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("still", [False, True])
+def test_a_path_has_its_yardstick_and_a_clip_out_of_range_its_warning(models, folder, tmp_path, capsys, still):
+    """A network of two epochs leaves any path; of one who stands still it is told, the path is kept, and the command is done and good."""
+    clip = bvh.read_bvh(folder / "walk_normal_1.bvh")
+    values = np.repeat(clip.values[:1], 300, axis=0) if still else clip.values
+    bvh.write_bvh(tmp_path / "in.bvh", dataclasses.replace(clip, values=values))
+    style = load_style(models / "old.npz")
+    save_style(tmp_path / "old.npz", dataclasses.replace(style, known=known([take.read_take(path).features for path in sorted(folder.iterdir())])))
+    assert main(["transfer", str(tmp_path / "old.npz"), str(tmp_path / "in.bvh"), "-o", str(tmp_path / "out.bvh"), "--json", str(tmp_path / "out.json")]) == 0
+    said, row = capsys.readouterr(), json.loads((tmp_path / "out.json").read_text())["rows"][0]
+    assert "of a way of" in said.out and row["path kept"] and row["mean path error"] < 0.2 * row["way"] + 5
+    assert f"refimpl: warning: {tmp_path / 'in.bvh'}: the style would leave a way of" in said.err and "path is kept" in row["warnings"]
+    assert ("nothing like what the style learnt on" in said.err) is still and (row["strangeness"] > 1.5) is still
+
+
+def test_weights_of_a_reading_and_of_the_file(models, tmp_path):
+    """What train-style was told stands in the file, fitted to unit and units; what it was not told is the reading's own."""
+    for reading, style, foot in (("norm", 0.06, 0.01), ("mean_squares", 0.01, 2e-4 * 256 / 12)):
+        assert main(["train-style", str(models / "motions.npz"), str(models / "manifold.npz"), "--style", "old", "-o", str(tmp_path / "a.npz"), "--epochs", "1",
+                     "--channels", "2", "--width", "3", "--reading", reading, "--weight-content", "0.7"]) == 0
+        made = load_style(tmp_path / "a.npz")
+        factor = (80 / made.manifold.leg) ** 2
+        assert (made.weights.reading, made.weights.content, made.weights.style) == (reading, 0.7, style)
+        np.testing.assert_allclose([made.weights.foot, made.weights.turn], [foot * factor, 1e4 / factor])
 
 
 def test_inspect(folder, capsys):
@@ -226,3 +255,23 @@ def test_evaluate_from_clips_to_report(tmp_path, capsys):
     assert set(report["judges"]) == {"walk_normal_002", "walk_zombie_002"}
     assert main(["evaluate", str(clips), motions, style, style, "--out", out]) == 2 and "needed each style once" in capsys.readouterr().err
     assert main(["evaluate", str(clips), motions, style, "--content-style", "sad", "--out", out]) == 2 and "--content-style: found 'sad'" in capsys.readouterr().err
+
+
+def test_the_recipe_is_measured(tmp_path, capsys):
+    """Each table of `experiment holden`, with networks too small to be right: the rows, and the nulls beside them."""
+    small = ["--hidden", "8", "--channels", "3", "--loss-epochs", "1", "--epochs", "1"]
+    assert main(["experiment", "holden", *small, "--tables", "projection,path", "--json", str(tmp_path / "rows.json")]) == 0
+    rows = json.loads((tmp_path / "rows.json").read_text())["rows"]
+    by_table = {name: [row for row in rows if row["table"] == name] for name in ("projection", "path")}
+    assert [(row["depooling"], row["normaliser"]) for row in by_table["projection"]] == [("average", "groups"), ("random", "groups"), ("random", "2016")]
+    assert all(row["noise jerk"] > 50 and row["error"] > 0 for row in by_table["projection"])
+    content, real, *ways = by_table["path"]
+    assert (content["left"], content["seen"], content["met"]) == (1.0, 0.0, 1.0) and real["seen"] == 1.0 and real["left"] < 0.2
+    assert [row["constraints"] for row in ways] == [0.25, 0.5, 1.0, 2.0, 4.0] and all(row["path"] > 0 for row in ways)
+    assert "noisy jerk" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        main(["experiment", "holden", "--learn", "("])
+    assert "needed a regular expression" in capsys.readouterr().err
+    for wrong, words in ((["--tables", "x"], "--tables: found 'x'"), (["--styles", "giant"], "found no clip of style 'giant'")):
+        assert main(["experiment", "holden", *wrong]) == 2
+        assert words in capsys.readouterr().err

@@ -4,6 +4,7 @@ import argparse
 import json
 import math
 import os
+import re
 from typing import Any
 
 from .. import __version__
@@ -33,6 +34,15 @@ def number(*, least=None, above=None, below=None):
             raise argparse.ArgumentTypeError(f"found {text!r}, needed a number {' and '.join(bounds)}")
         return value
     return read
+
+
+def pattern(text: str) -> str:
+    """A regular expression."""
+    try:
+        re.compile(text)
+    except re.error as error:
+        raise argparse.ArgumentTypeError(f"found {text!r} ({error}), needed a regular expression") from None
+    return text
 
 
 class InputPath(str):

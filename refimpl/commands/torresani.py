@@ -16,6 +16,7 @@ from ..torresani2006.poses import clip_of, fit_body, fragment_of, size_ratio
 from ..torresani2006.regress import MODELS
 from ..torresani2006.segment import segment
 from ..torresani2006.synthesise import LOOKS, NEIGHBOURS, check_style, contents_of, observed_style, synthesise
+from . import holden
 from .options import InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole
 from .progress import Progress, table
 
@@ -40,7 +41,9 @@ def add_commands(commands):
     command.add_argument("--seed", type=whole(0), default=0, metavar="N", help="of the blends learnt from (default: %(default)s)")
     command.set_defaults(run=run_synthesise)
     command = commands.add_parser("experiment", help="repeat a paper's experiments", description="Repeat a paper's experiments.")
-    command = command.add_subparsers(title="experiments", metavar="PAPER", required=True).add_parser(
+    papers = command.add_subparsers(title="experiments", metavar="PAPER", required=True)
+    holden.add_command(papers)
+    command = papers.add_parser(
         "torresani", help="Table 1 and Figure 1 of Torresani 2006, segmentation and synthesis measured",
         description="Table 1 and Figure 1 of Torresani 2006, beside the paper's numbers; how phrases are cut; whether a style asked for is seen.")
     command.add_argument("folder", metavar="FOLDER", nargs="?", type=InputFolder,

@@ -1,12 +1,13 @@
-r"""What the recipe of training does: how P mends motion, what each reading of equations 4 and 5 leaves of a style, and how path and
-style are traded.
+r"""What the recipe of training does: how P mends motion, what each reading of equations 4 and 5
+leaves of a style, and how path and style are traded.
 
-Everything is measured before any clean-up, on takes that nothing learnt on, jerk at the clip's own rate (brought to 60 frames a second
-from 30, a clip has no jerk of its own above 15 Hz). A style is measured by a *referee*, a loss network that no transfer saw, and beside
-each share stand its nulls: the content itself, another real take of the style.
+Everything is measured before any clean-up, on takes that nothing learnt on, jerk at the clip's own
+rate (brought to 60 frames a second from 30, a clip has no jerk of its own above 15 Hz). A style is
+measured by a *referee*, a loss network that no transfer saw, and beside each share stand its nulls:
+the content itself, other real takes of the style.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 import re
 from typing import Any
@@ -21,21 +22,24 @@ from ..holden2017.total import Weights
 from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import project_features, stylise
 from ..motion.dataset import Dataset, Labelled, assemble, to_scale
-from ..motion.features import POSITIONS, TRANSLATION, VELOCITIES, Start, decode, path_error, path_length
+from ..motion.features import (POSITIONS, TRANSLATION, VELOCITIES, Start, decode, path_error,
+                               path_length)
 from ..motion.footing import foot_skate, jerk
 from ..motion.joints import BONES, JOINTS
 from ..motion.prepare import fit_normaliser
 from ..motion.take import Take
 
-NOISE = 3.0                                           # centimetres an axis, on a body with a leg of 80
+LEG = 80.0                                       # centimetres: all lengths are told for such a body
+NOISE = 3.0                                      # centimetres an axis, for such a body
+Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Ground:
     """Clips and what each is for.
 
-    dataset : Dataset, the test's contents and styles held out;
-    learn, judge : regular expressions: whose names T learns on, and whose the judge
+    dataset : Dataset, the test's contents and styles held out;  learn, judge : regular expressions:
+    on the names that fit T learns and the judge is fitted
     """
 
     dataset: Dataset
@@ -44,6 +48,10 @@ class Ground:
 
     def kept_out(self, style: str) -> tuple[Labelled, ...]:
         return self.dataset.select(style=style, held_out=True)
+
+    def features(self, clip: Labelled, manifold: Manifold) -> np.ndarray:
+        """On the scale of a loss network.   ->  (T, 66)"""
+        return to_scale(clip.features, self.dataset.leg, manifold.leg)
 
 
 def ground(takes: Mapping[str, Take], labels: Mapping[str, tuple[str, str]], source: str, *,
@@ -54,17 +62,16 @@ def ground(takes: Mapping[str, Take], labels: Mapping[str, tuple[str, str]], sou
     return Ground(replace(dataset, clips=clips), learn, judge)
 
 
-def learn_manifold(ground: Ground, *, depooling: str = "random", form: str = "groups", seed: int = 0,
-                   hidden: int = 256, epochs: int = 80, dropout: float = 0.02,
-                   report: Callable[[str], None] = lambda line: None) -> Manifold:
+def learn_manifold(ground: Ground, *, depooling: str = "random", form: str = "groups",
+                   seed: int = 0, hidden: int = 256, epochs: int = 80) -> Manifold:
     """A loss network of all clips that are not held out."""
     clips = ground.dataset.select(held_out=False)
     frames, contacts = (np.concatenate([getattr(c, part) for c in clips])
                         for part in ("features", "contacts"))
     normaliser = fit_normaliser(frames, ground.dataset.source, contacts=contacts, form=form)
     X = normalised_windows(clips, normaliser)
-    params = _last(train_autoencoder(X, epochs=epochs, depooling=depooling, dropout=dropout,
-                                     hidden=hidden, seed=seed), report)
+    params = _last(train_autoencoder(X, epochs=epochs, depooling=depooling, hidden=hidden,
+                                     seed=seed))
     return Manifold(params, normaliser, ground.dataset.leg, ground.dataset.bones, depooling)
 
 
@@ -77,19 +84,17 @@ def lesson_of(ground: Ground, manifold: Manifold, style: str) -> tuple[Lesson, d
 
 
 def learn_style(lesson: Lesson, manifold: Manifold, name: str, weights: Weights, *,
-                channels: int = 128, epochs: int = 100, seed: int = 0,
-                report: Callable[[str], None] = lambda line: None) -> Style:
-    """weights : for centimetres"""
+                channels: int = 128, epochs: int = 100, seed: int = 0) -> Style:
+    """weights : for centimetres and 256 hidden units"""
     weights = weights.fitted(manifold.leg, len(manifold.params["b0"]))
     params = _last(train_style(lesson, manifold, epochs=epochs, weights=weights, channels=channels,
-                               seed=seed), report)
+                               seed=seed))
     return Style(params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars, weights,
                  lesson.known)
 
 
-def _last(epochs: Iterator[Any], report: Callable[[str], None]) -> dict[str, np.ndarray]:
-    for record, state in epochs:
-        report(f"epoch {record.epoch}: loss {record.losses['loss']:.4g}")
+def _last(epochs: Iterator[Any]) -> dict[str, np.ndarray]:
+    *_, (_, state) = epochs
     return state.params
 
 
@@ -97,13 +102,12 @@ def projection(ground: Ground, manifold: Manifold, clips: Sequence[Labelled], *,
                seed: int = 0) -> dict[str, float]:
     """P of real motion and of real motion with noise: means over the clips.
 
-    ->  error and noisy error (mean distance of a joint from where it was, in a body with a leg of 80),
-    jerk and noisy jerk (of the clip's own), path (mean distance, in such a body), noise jerk (before)
+    ->  error and noisy error (mean distance of a joint from where it was, cm), jerk, noisy jerk and
+    noise jerk (before P), in units of the clip's own, path (mean distance, cm)
     """
     rng, rows = np.random.default_rng([seed, 6]), []
     for clip in clips:
-        X = to_scale(clip.features, ground.dataset.leg, manifold.leg)
-        cm = 80.0 / manifold.leg
+        X, cm = ground.features(clip, manifold), LEG / manifold.leg
         noisy = X.copy()
         noisy[:, POSITIONS] += NOISE / cm * rng.standard_normal((len(X), POSITIONS.stop))
         PX, PN = project_features(X, manifold), project_features(noisy, manifold)
@@ -115,55 +119,97 @@ def projection(ground: Ground, manifold: Manifold, clips: Sequence[Labelled], *,
     return {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
 
 
-def transfers(ground: Ground, style: Style, exemplars: dict[str, list], contents: Sequence[Labelled],
-              referee: Manifold, judge: Judge) -> list[dict[str, Any]]:
+def style_row(ground: Ground, manifold: Manifold, style: str, weights: Weights, share: float,
+              referee: Manifold, *, contents: str = "normal", channels: int = 128,
+              epochs: int = 100, seed: int = 0) -> dict[str, float]:
+    """Learn a style with these weights, its constraints times `share`, and measure it on held-out
+    contents: medians over the clips, and shares of them for what is seen and met."""
+    weights = replace(weights, foot=share * weights.foot, bone=share * weights.bone,
+                      trajectory=share * weights.trajectory)
+    lesson, exemplars = lesson_of(ground, manifold, style)
+    made = learn_style(lesson, manifold, style, weights, channels=channels, epochs=epochs,
+                       seed=seed)
+    rows = transfers(ground, made, exemplars, ground.kept_out(contents), referee,
+                     fit_referee_judge(ground, manifold))
+    shares = {key: float(np.mean([row[key] for row in rows]))
+              for key in ("seen", "content seen", "met")}
+    medians = {key: float(np.median([row[key] for row in rows])) for key in rows[0]
+               if key != "content"}
+    return medians | shares
+
+
+def nulls(ground: Ground, style: str, contents: str, referee: Manifold) -> list[tuple[str, Row]]:
+    """What the content itself, and real takes of the style that nobody learnt on, would get.
+
+    ->  list of (who, numbers)
+    """
+    judge = fit_referee_judge(ground, referee)
+    _, exemplars = lesson_of(ground, referee, style)
+    real, own = ground.kept_out(style), ground.kept_out(contents)
+
+    def distance(clips):
+        """Median style distance a frame: clips differ in length."""
+        return np.median([style_distance(ground.features(c, referee), exemplars[c.content], referee)
+                          / len(c.features) for c in clips])
+    return [("content itself", {"left": 1.0, "seen": _seen(own, style, judge), "path": 0.0,
+                                "met": 1.0}),
+            ("real takes", {"left": float(distance(real) / distance(own)),
+                            "seen": _seen(real, style, judge), "jerk": 1.0})]
+
+
+def _seen(clips: Sequence[Labelled], style: str, judge: Judge) -> float:
+    return float(np.mean([judge.verdict(clip.features)[0] == style for clip in clips]))
+
+
+def transfers(ground: Ground, style: Style, exemplars: dict[str, list],
+              contents: Sequence[Labelled], referee: Manifold, judge: Judge) -> list[Row]:
     """What a style makes of held-out contents, P(T(I)) with the root of T(I), one row a content."""
     rows = []
     for clip in contents:
-        X = to_scale(clip.features, ground.dataset.leg, style.manifold.leg)
+        X = ground.features(clip, style.manifold)
         T = stylise(X, style, projected=False)
         O = _with_root(project_features(T, style.manifold), T)
-        rows.append({"content": clip.content, **look(ground, O, clip, style.name, exemplars, referee, judge),
-                     **_compared(ground, O, X, clip, style.manifold)})
+        rows.append({"content": clip.content,
+                     **look(ground, O, clip, style.name, exemplars, referee, judge),
+                     **_compared(O, X, clip, style.manifold)})
     return rows
 
 
 def look(ground: Ground, O: np.ndarray, clip: Labelled, style: str, exemplars: dict[str, list],
-         referee: Manifold, judge: Judge) -> dict[str, Any]:
+         referee: Manifold, judge: Judge) -> Row:
     """Style distance by the referee, what the judge sees, jerk beside real takes of the style."""
     shown = exemplars[clip.content]
-    real = [(to_scale(c.features, ground.dataset.leg, referee.leg), c.fps) for c in ground.dataset.clips
+    real = [own_jerk(ground.features(c, referee), c.fps) for c in ground.dataset.clips
             if (c.style, c.content) == (style, clip.content)]
-    content = style_distance(to_scale(clip.features, ground.dataset.leg, referee.leg), shown, referee)
+    content = style_distance(ground.features(clip, referee), shown, referee)
     seen = judge.verdict(O)
     return {"left": style_distance(O, shown, referee) / content, "seen": seen[0] == style,
             "content seen": seen[1] == clip.content,
-            "jerk": own_jerk(O, clip.fps) / np.median([own_jerk(f, fps) for f, fps in real])}
+            "jerk": own_jerk(O, clip.fps) / np.median(real)}
 
 
-def _compared(ground: Ground, O: np.ndarray, X: np.ndarray, clip: Labelled,
-              manifold: Manifold) -> dict[str, Any]:
-    """Beside the content: path, speed, bones, feet."""
-    cm, positions = 80.0 / manifold.leg, decode(O, Start())
-    path = cm * path_error(O, X)[0]
-    way = cm * path_length(X)
+def _compared(O: np.ndarray, X: np.ndarray, clip: Labelled, manifold: Manifold) -> Row:
+    """Beside the content: path (met within 5 % of the way and 0.1 leg), speed, bones, feet."""
+    cm, positions = LEG / manifold.leg, decode(O, Start())
+    path, way = cm * path_error(O, X)[0], cm * path_length(X)
     j1, j2 = np.array(BONES).T
     bones = np.linalg.norm(positions[:, j1] - positions[:, j2], axis=-1)
     speeds = [np.linalg.norm(f[:, TRANSLATION], axis=1).mean() for f in (O, X)]
-    return {"path": path, "way": way, "met": path <= 0.05 * way + 8.0,
-            "speed": float(speeds[0] / speeds[1]), "skate": cm * foot_skate(positions, clip.contacts),
+    return {"path": path, "path / way": path / way, "met": path <= 0.05 * way + 0.1 * LEG,
+            "speed": float(speeds[0] / speeds[1]),
+            "skate": cm * foot_skate(positions, clip.contacts),
             "bones": float(np.abs(bones / manifold.bones - 1).mean())}
 
 
 def fit_referee_judge(ground: Ground, manifold: Manifold) -> Judge:
     """The judge of joints, on clips that T does not learn on and that are not held out."""
     clips = [c for c in ground.dataset.select(held_out=False) if re.search(ground.judge, c.name)]
-    return fit_judge([(to_scale(c.features, ground.dataset.leg, manifold.leg), c.style, c.content)
-                      for c in clips], joint_vectors)
+    return fit_judge([(ground.features(c, manifold), c.style, c.content) for c in clips],
+                     joint_vectors)
 
 
 def own_jerk(features: np.ndarray, fps: float) -> float:
-    """Jerk at the clip's own rate, of all joints in the character's frame and of its path."""
+    """Jerk at the clip's own rate, of all joints in the world."""
     return jerk(decode(features, Start()), range(JOINTS), recorded=fps)
 
 

@@ -1,0 +1,158 @@
+"""`refimpl experiment holden`: what the recipe of training does, on a folder of clips or on
+embedded motion."""
+
+from dataclasses import replace
+from pathlib import Path
+import re
+
+from ..experiments import holden
+from ..holden2017.total import WEIGHTS
+from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
+from ..motion.synthetic import make_database
+from ..motion.take import make_take, read_take
+from .options import InputFolder, OutputPath, pattern, whole, write_report
+from .progress import Progress, table
+
+DESCRIPTION = """Loss networks that learn with depooling by chance and by halves; styles with each
+reading of equations 4 and 5, and with more and less weight on the constraints; measured before any
+clean-up on clips kept out. It takes some two minutes for each loss network and one for each style
+network of the usual width, on an hour of clips."""
+
+TABLES = ("projection", "readings", "path")
+READINGS = (("groups", "mean_squares", 0.01), ("groups", "mean_squares", 0.0213),
+            ("groups", "sum_squares", 0.01), ("groups", "norm", 0.06), ("groups", "norm", 0.01),
+            ("2016", "mean_squares", 0.01), ("2016", "norm", 0.06))
+SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
+LOSS_NETWORKS = (("average", "groups"), ("random", "groups"), ("random", "2016"))
+REFEREE = 1000                                                   # its seed
+PROJECTION = ("error", "jerk", "path", "noisy error", "noisy jerk", "noise jerk")
+STYLE = ("left", "seen", "content seen", "jerk", "path", "path / way", "met", "speed", "skate",
+         "bones")
+
+
+def add_command(papers):
+    command = papers.add_parser(
+        "holden", description=DESCRIPTION,
+        help="the recipe of Holden 2017 measured: projection, readings of the bars, style and path")
+    command.add_argument("folder", metavar="FOLDER", nargs="?", type=InputFolder,
+                         help="labelled BVH clips on one skeleton; embedded walkers unless given")
+    command.add_argument("--pattern", metavar="REGEX", default=PATTERN,
+                         help="content and style from file names, as in prepare")
+    for name, default, what in (("clips", "", "only clips in whose path this is found"),
+                                ("kept-out", "8$|walk_.*_002$", "clips to measure on"),
+                                ("learn", "1$", "clips that styles learn on"),
+                                ("judge", "4$", "clips that the judge of joints is fitted on")):
+        command.add_argument(f"--{name}", metavar="REGEX", type=pattern, default=default,
+                             help=what + (" (default: %(default)s)" if default else ""))
+    command.add_argument("--contents", metavar="NAME", default="normal",
+                         help="the style of the contents (default: %(default)s)")
+    command.add_argument("--styles", metavar="A,B",
+                         help="styles to learn (default: elderly,youthful; embedded: old)")
+    command.add_argument("--tables", metavar="A,B", default=",".join(TABLES),
+                         help="(default: %(default)s)")
+    for name, value in (("seeds", 1), ("hidden", 256), ("channels", 128), ("loss-epochs", 80),
+                        ("epochs", 100)):
+        command.add_argument(f"--{name}", type=whole(1), default=value, metavar="N",
+                             help="(default: %(default)s)")
+    command.add_argument("--json", metavar="FILE", type=OutputPath, help="write every row as JSON")
+    command.set_defaults(run=run)
+
+
+def run(arguments):
+    chosen = arguments.tables.split(",")
+    unknown = sorted(set(chosen) - set(TABLES))
+    if unknown:
+        raise ValueError(f"--tables: found {unknown[0]!r}, needed some of {', '.join(TABLES)}")
+    ground = _folder(arguments) if arguments.folder else _embedded()
+    usual = "elderly,youthful" if arguments.folder else "old"
+    styles = (arguments.styles or usual).split(",")
+    for name in [arguments.contents, *styles]:
+        if not ground.kept_out(name):
+            raise ValueError(f"{arguments.folder or 'embedded motion'}: found no clip of style "
+                             f"{name!r} to measure on, needed some; the styles are "
+                             f"{', '.join(ground.dataset.styles)}")
+    rows = [row for rows in _tables(arguments, ground, styles, chosen) for row in rows]
+    if arguments.json:
+        settings = {key: value for key, value in vars(arguments).items() if key != "run"}
+        write_report(arguments.json, "experiment holden", settings, rows)
+
+
+def _tables(arguments, ground, styles, chosen):
+    """Print each table as it is done.   ->  yields its rows"""
+    networks = {}
+
+    def network(seed, depooling="random", form="groups"):
+        key = seed, depooling, form
+        if key not in networks:
+            networks[key] = holden.learn_manifold(
+                ground, depooling=depooling, form=form, seed=seed, hidden=arguments.hidden,
+                epochs=arguments.loss_epochs)
+        return networks[key]
+    if "projection" in chosen:
+        rows = [{"table": "projection", "depooling": depooling, "normaliser": form, "seed": seed,
+                 **holden.projection(ground, network(seed, depooling, form),
+                                     ground.dataset.select(held_out=True))}
+                for seed in range(arguments.seeds) for depooling, form in LOSS_NETWORKS]
+        _print(rows, ("depooling", "normaliser", "seed"), PROJECTION)
+        yield rows
+    by_reading = [(form, replace(WEIGHTS[reading], style=s), 1.0) for form, reading, s in READINGS]
+    by_share = [("groups", WEIGHTS["mean_squares"], share) for share in SHARES]
+    for name, ways in (("readings", by_reading), ("path", by_share)):
+        if name in chosen:
+            rows = _style_rows(arguments, ground, styles, network, name, ways)
+            _print(rows, ("style", "normaliser", "reading", "s", "constraints", "seed"), STYLE)
+            yield rows
+
+
+def _style_rows(arguments, ground, styles, network, name, ways):
+    """Each style by each way, and what the content and real takes would get."""
+    rows, referee = [], network(REFEREE)
+    progress = Progress(arguments.seeds * len(styles) * len(ways), "     style network")
+    for seed in range(arguments.seeds):
+        for style in styles:
+            for who, null in holden.nulls(ground, style, arguments.contents, referee):
+                rows.append({"table": name, "style": style, "reading": who, "seed": seed, **null})
+            for form, weights, share in ways:
+                row = holden.style_row(
+                    ground, network(seed, form=form), style, weights, share, referee, seed=seed,
+                    contents=arguments.contents, channels=arguments.channels,
+                    epochs=arguments.epochs)
+                rows.append({"table": name, "style": style, "normaliser": form,
+                             "reading": weights.reading, "s": weights.style,
+                             "constraints": share, "seed": seed, **row})
+                progress.step(f"{style}, {weights.reading}, s = {weights.style:g}, "
+                              f"constraints x {share:g}")
+    return rows
+
+
+def _folder(arguments):
+    paths = [path for path in find_clips(arguments.folder)
+             if re.search(arguments.clips, path.as_posix())]
+    labels = labels_by_pattern(paths, arguments.pattern)
+    if not labels:
+        raise ValueError(f"{arguments.folder}: found no clip with labels, needed some; do "
+                         "--pattern and --clips fit?")
+    progress, takes, named = Progress(len(labels), "clip", seconds=2.0), {}, {}
+    for path, label in labels.items():
+        name = path.relative_to(arguments.folder).with_suffix("").as_posix()
+        takes[name], named[name] = read_take(path), label
+        progress.step(name)
+    return holden.ground(takes, named, Path(arguments.folder).name, kept_out=arguments.kept_out,
+                         learn=arguments.learn, judge=arguments.judge)
+
+
+def _embedded():
+    motions = make_database(seconds_per_clip=4.5, people=7, styles=("normal", "old", "zombie"))
+    return holden.ground({m.name: make_take(m.clip, name=m.name) for m in motions},
+                         {m.name: (m.content, m.style) for m in motions}, "embedded motion",
+                         kept_out="_00[56]$", learn="_00[0-2]$", judge="_00[34]$")
+
+
+def _print(rows, names, numbers):
+    print()
+    shown = [[*names, *numbers]]
+    for row in rows:
+        shown.append([str(row.get(name, "")) for name in names]
+                     + [f"{row[name]:.3g}" if name in row else "" for name in numbers])
+    for line in table(shown):
+        print(line)
