@@ -104,10 +104,11 @@ def style_steps(problem, peer, seconds, batches=BATCHES):
 
 
 def autoencoder_steps(problem, peer, seconds, batch=10):
-    """A training step of the loss network."""
+    """A training step of the loss network, with depooling by chance."""
     X = problem.motion(batch, 240)
-    step = AutoencoderStep(batch, 240, problem.L)
-    rivals = {"tiled": lambda: step(problem.L, X), **(peer.autoencoder_step(problem, X, 0.01) if peer else {})}
+    chosen = problem.rng.integers(2, size=(batch, 120, len(problem.L["b0"])), dtype=np.int8).swapaxes(1, 2)
+    step = AutoencoderStep(batch, 240, problem.L, random=True)
+    rivals = {"tiled": lambda: step(problem.L, X, chosen=chosen), **(peer.autoencoder_step(problem, X, chosen, 0.01) if peer else {})}
     return [_row(f"training step of the loss network, batch {batch}", problem.dtype, rivals, seconds)]
 
 

@@ -20,8 +20,9 @@ def _encode(X, p):
     return F.relu(F.max_pool1d(F.conv1d(X, p["W0"], p["b0"], padding="same"), 2))
 
 
-def _decode(H, p):
-    return F.conv_transpose1d(H.repeat_interleave(2, 2) / 2 - p["b0"][:, None], p["W0"], padding=12)
+def _decode(H, p, later=None):
+    D = H.repeat_interleave(2, 2) / 2 if later is None else torch.stack([H * (1 - later), H * later], 3).flatten(2)
+    return F.conv_transpose1d(D - p["b0"][:, None], p["W0"], padding=12)
 
 
 def _channels_last(X, p):
@@ -90,20 +91,21 @@ def style_step(problem, I, grams, weights):
         with torch.no_grad():
             wanted = _encode(x, L)
         H = _encode(_transform(x, params), L)
-        content = torch.linalg.vector_norm(wanted - H, dim=(1, 2))
-        style = torch.linalg.vector_norm(G - H @ H.transpose(1, 2), dim=(1, 2))
+        content = ((wanted - H) ** 2).mean(dim=(1, 2))
+        style = ((G - H @ H.transpose(1, 2)) ** 2).mean(dim=(1, 2))
         return (weights.content * content + weights.style * style).mean()
 
     return {"torch eager": _stepping(lambda: loss(x, G), params), **_compiled(lambda f: _stepping(lambda: f(x, G), params), loss)}
 
 
-def autoencoder_step(problem, X, alpha):
-    """{name: f} of loss and gradients for the loss network's parameters."""
+def autoencoder_step(problem, X, chosen, alpha):
+    """{name: f} of loss and gradients for the loss network's parameters, with depooling by chance."""
     params, x = {name: t.requires_grad_() for name, t in _tensors(problem.L).items()}, torch.tensor(X)
+    later = torch.tensor(chosen).to(x.dtype)
     size = sum(p.numel() for p in params.values())
 
     def loss(x):
         sparsity = sum(p.abs().sum() for p in params.values()) / size
-        return ((_decode(_encode(x, params), params) - x) ** 2).mean() + alpha * sparsity
+        return ((_decode(_encode(x, params), params, later) - x) ** 2).mean() + alpha * sparsity
 
     return {"torch eager": _stepping(lambda: loss(x), params), **_compiled(lambda f: _stepping(lambda: f(x), params), loss)}

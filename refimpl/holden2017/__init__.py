@@ -4,5 +4,5 @@
 - `lesson`: windows, each paired with the style it should take.   `train`: both training loops.   `model`: what they leave in files.
 - `stylist`, `step`, `half`, `parts`: the same networks, losses and gradients, fast: spectra and arrays kept, the decoder at half resolution, batches in
   parts for threads, processes or machines. Each is tested to be its definition above.
-- `transfer`: stylise(I) = P(T(I)) of a whole clip, back on its own skeleton.   `measure`: how near it came.
+- `transfer`: stylise(I) = P(T(I)) of a whole clip, back on its own skeleton.   `known`: does a clip lie within what a style has learnt?   `measure`: how near it came.
 """
