@@ -25,7 +25,8 @@ READINGS = (("groups", "mean_squares", 0.01), ("groups", "mean_squares", 0.0213)
 SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
 LOSS_NETWORKS = (("average", "groups"), ("random", "groups"), ("random", "2016"))
 REFEREE = 1000                                                   # its seed
-PROJECTION = ("error", "jerk", "path", "noisy error", "noisy jerk", "noise jerk")
+PROJECTION = ("error", "jerk", "path", "path at most", "noisy error", "noisy jerk",
+              "noise jerk")
 STYLE = ("left", "seen", "content seen", "jerk", "path", "path / way", "met", "speed", "skate",
          "bones")
 
@@ -89,11 +90,15 @@ def _tables(arguments, ground, styles, chosen):
                 epochs=arguments.loss_epochs)
         return networks[key]
     if "projection" in chosen:
-        rows = [{"table": "projection", "depooling": depooling, "normaliser": form, "seed": seed,
-                 **holden.projection(ground, network(seed, depooling, form),
-                                     ground.dataset.select(held_out=True))}
-                for seed in range(arguments.seeds) for depooling, form in LOSS_NETWORKS]
-        _print(rows, ("depooling", "normaliser", "seed"), PROJECTION)
+        places = {}
+        for clip in ground.dataset.select(held_out=True):
+            places.setdefault(clip.name.rpartition("/")[0] or ground.dataset.source, []).append(clip)
+        rows = [{"table": "projection", "clips": place, "depooling": depooling, "normaliser": form,
+                 "seed": seed,
+                 **holden.projection(ground, network(seed, depooling, form), places[place])}
+                for seed in range(arguments.seeds) for depooling, form in LOSS_NETWORKS
+                for place in places]
+        _print(rows, ("clips", "depooling", "normaliser", "seed"), PROJECTION)
         yield rows
     by_reading = [(form, replace(WEIGHTS[reading], style=s), 1.0) for form, reading, s in READINGS]
     by_share = [("groups", WEIGHTS["mean_squares"], share) for share in SHARES]

@@ -100,10 +100,10 @@ def _last(epochs: Iterator[Any]) -> dict[str, np.ndarray]:
 
 def projection(ground: Ground, manifold: Manifold, clips: Sequence[Labelled], *,
                seed: int = 0) -> dict[str, float]:
-    """P of real motion and of real motion with noise: means over the clips.
+    """P of real motion and of real motion with noise: means over the clips, of the path the median.
 
     ->  error and noisy error (mean distance of a joint from where it was, cm), jerk, noisy jerk and
-    noise jerk (before P), in units of the clip's own, path (mean distance, cm)
+    noise jerk (before P), in units of the clip's own, path (mean distance of a clip's, cm)
     """
     rng, rows = np.random.default_rng([seed, 6]), []
     for clip in clips:
@@ -116,7 +116,9 @@ def projection(ground: Ground, manifold: Manifold, clips: Sequence[Labelled], *,
                      "path": cm * path_error(PX, X)[0], "noisy error": cm * _off(PN, X),
                      "noisy jerk": own_jerk(_with_root(PN, X), clip.fps) / own,
                      "noise jerk": own_jerk(noisy, clip.fps) / own})
-    return {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
+    paths = [row["path"] for row in rows]
+    return {**{key: float(np.mean([row[key] for row in rows])) for key in rows[0]},
+            "path": float(np.median(paths)), "path at most": float(np.max(paths))}
 
 
 def style_row(ground: Ground, manifold: Manifold, style: str, weights: Weights, share: float,
