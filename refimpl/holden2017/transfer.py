@@ -44,8 +44,8 @@ class Stylised:
         """Why not to trust this result.   ->  tuple of str"""
         said = []
         if self.strangeness > STRANGE:
-            said.append(f"the clip is nothing like what the style learnt on (its poses lie {self.strangeness:.1f} times as far from them as a "
-                        f"strange one among those; up to {STRANGE:g} is usual): expect a figure that moves as the style knows, not as this clip does")
+            said.append(f"the clip is nothing like what the style learnt on (it lies {self.strangeness:.1f} times as far from the nearest of that as the "
+                        f"farthest of those clips from the others; {STRANGE:g} is allowed): expect a figure that moves as the style knows, not as this clip does")
         if self.kept:
             said.append(f"the style would leave a way of {self.way:.1f} legs by {self.astray:.1f} legs on average (allowed: {ASTRAY[0]:.0%} of the way and "
                         f"{ASTRAY[1]:g} leg): the content's own path is kept")
