@@ -89,10 +89,11 @@ def _manifold(dataset, seed):
 
 
 def _style(lesson, manifold, name, seed):
+    weights = Weights().fitted(manifold.leg, HIDDEN)
     epochs = train_style(lesson, manifold, epochs=EPOCHS["style"], rate=RATES["style"], channels=CHANNELS, seed=seed,
-                         weights=Weights().fitted(manifold.leg, HIDDEN))
+                         weights=weights)
     records, state = _follow(epochs, EPOCHS["style"])
-    return Style(state.params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars, Weights().fitted(manifold.leg, HIDDEN), lesson.known), records
+    return Style(state.params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars, weights, lesson.known), records
 
 
 def _follow(epochs, total):

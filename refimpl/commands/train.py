@@ -112,10 +112,10 @@ def run_style(arguments):
     run = fingerprint(["style", settings, arguments.threads, vars(weights), lesson.contents], lesson.X, lesson.contacts, lesson.trajectory, *lesson.grams.values(),
                       *manifold.params.values())
     like = init_transformation_network(np.random.default_rng(0), channels=arguments.channels, width=arguments.width, dtype=lesson.X.dtype)
+    fitted = weights.fitted(manifold.leg, len(manifold.params["b0"]))
     params = _train(arguments, run, like, ("loss", "content", "style", "foot", "bone", "trajectory"),
-                    lambda **how: train_style(lesson, manifold, weights=weights.fitted(manifold.leg, len(manifold.params["b0"])), **how, **settings))
-    style = Style(params, manifold, arguments.style, lesson.pairs, lesson.learned, lesson.exemplars, weights.fitted(manifold.leg, len(manifold.params["b0"])),
-                  lesson.known)
+                    lambda **how: train_style(lesson, manifold, weights=fitted, **how, **settings))
+    style = Style(params, manifold, arguments.style, lesson.pairs, lesson.learned, lesson.exemplars, fitted, lesson.known)
     save_style(arguments.output, style)
     _finish(arguments)
     measured = held_out_distances(held_out, exemplars, style, dataset.leg)
