@@ -6,6 +6,7 @@ gives one number for each clip, `(N,)`; every backward takes the upstream gradie
 same arguments.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from ..motion.joints import BONES, FEET, JOINTS
 from ..nn.arguments import check_whole
 from ..nn.sums import power_of_two
 
+
+Bones = Sequence[tuple[int, int]]
 
 # What the bars || . || of equations 4 and 5 may mean, and the gradient of each.
 READINGS = {"norm": (nn.norm, nn.norm_backward),
@@ -142,38 +145,38 @@ def foot_loss_backward(dloss: np.ndarray, motion: np.ndarray, contacts: np.ndarr
     return foot_velocities_backward(planted * nn.sum_squares_backward(dloss, slide), motion)
 
 
-def bone_loss(motion: np.ndarray, lengths: Any) -> np.ndarray:
+def bone_loss(motion: np.ndarray, lengths: Any, *, bones: Bones = BONES) -> np.ndarray:
     r"""Equation 8:   sum over bones b = (j1, j2) and frames of ( || p_j1 - p_j2 || - l_b )^2
 
-    motion : (N, 66, T) denormalised;  lengths : (20,) in the order of `joints.BONES`
-    ->  (N,), length^2
+    motion : (N, 66, T) denormalised;  lengths : one for each of the bones, pairs of joints, those of
+    `joints.BONES` unless others are given   ->  (N,), length^2
     """
-    return nn.sum_squares(_bone_errors(motion, lengths)[1])
+    return nn.sum_squares(_bone_errors(motion, lengths, bones)[1])
 
 
-def bone_loss_backward(dloss: np.ndarray, motion: np.ndarray, lengths: Any) -> np.ndarray:
+def bone_loss_backward(dloss: np.ndarray, motion: np.ndarray, lengths: Any, *,
+                       bones: Bones = BONES) -> np.ndarray:
     """The length of a bone grows along the bone at one end and against it at the other.
 
     dloss : (N,)  ->  dmotion (N, 66, T)
     At a bone of length 0 the gradient is 0 (the kink rule of a norm).
     """
-    direction, errors = _bone_errors(motion, lengths)
+    direction, errors = _bone_errors(motion, lengths, bones)
     d_bones = nn.sum_squares_backward(dloss, errors)[:, :, None] * direction      # (N, 20, 3, T)
     dmotion = np.zeros_like(motion)
     dp = joint_positions(dmotion)
-    for b, (j1, j2) in enumerate(BONES):
+    for b, (j1, j2) in enumerate(bones):
         dp[:, j1] += d_bones[:, b]
         dp[:, j2] -= d_bones[:, b]
     return dmotion
 
 
-def _bone_errors(motion, lengths):
+def _bone_errors(motion, lengths, bones):
     """Directions of the bones (N, 20, 3, T), 0 for one of length 0, and errors of their lengths
     (N, 20, T)."""
     p = joint_positions(motion)
-    j1, j2 = np.array(BONES).T
-    bones = p[:, j1] - p[:, j2]
-    direction, found = _unit_vectors(bones)
+    j1, j2 = np.array(bones).T
+    direction, found = _unit_vectors(p[:, j1] - p[:, j2])
     return direction, found - np.asarray(lengths, dtype=motion.real.dtype)[:, None]
 
 
