@@ -249,18 +249,22 @@ def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[
     return arrays, told
 
 
-def read_arrays(data: bytes) -> dict[str, np.ndarray]:
+def read_arrays(data: bytes, *, names: Iterable[str] | None = None,
+                most: int = 0) -> dict[str, np.ndarray]:
     """The arrays of an `.npz` file's bytes, stored without compression.   ->  {name: array}
 
-    Raises ValueError for anything else, whatever is wrong with it. An array that lies in Fortran
-    order comes back in Fortran order.
+    names : those that are wanted, where others may be there and are left unread;  most : bytes that a compressed member may have when it is decompressed; with 0 none may be
+    compressed. Raises ValueError for anything else, whatever is wrong with it. An array that lies in
+    Fortran order comes back in Fortran order.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = archive.infolist()
             if len({info.filename for info in members}) != len(members):
                 raise ValueError("a member stands twice in the archive")
-            return {info.filename.removesuffix(".npy"): _read_array(archive, info) for info in members}
+            named = {info.filename.removesuffix(".npy"): info for info in members}
+            return {name: _read_array(archive, info, most) for name, info in named.items()
+                    if names is None or name in names}
     except (ValueError, TypeError, SyntaxError, tokenize.TokenError, EOFError, RecursionError, KeyError,
             OverflowError, NotImplementedError, RuntimeError, struct.error, zipfile.BadZipFile, zlib.error,
             MemoryError) as error:
@@ -279,9 +283,11 @@ def _is_fact(value, kind):
     return isinstance(value, kind) and (kind is not list or all(isinstance(word, str) for word in value))
 
 
-def _read_array(archive, info):
-    """One `.npy` member, stored without compression, as long as its own header says.   ->  array"""
-    if info.compress_type != zipfile.ZIP_STORED or not info.filename.endswith(".npy"):
+def _read_array(archive, info, most):
+    """One `.npy` member as long as its own header says, compressed up to `most` bytes.   ->  array"""
+    allowed = info.compress_type == zipfile.ZIP_STORED or (
+        info.compress_type == zipfile.ZIP_DEFLATED and info.file_size <= most)
+    if not allowed or not info.filename.endswith(".npy"):
         raise ValueError(f"member {info.filename[:40]!r} is no plain .npy array")
     with archive.open(info) as member:
         version = np.lib.format.read_magic(member)
@@ -292,7 +298,7 @@ def _read_array(archive, info):
         shape, fortran, dtype = read_header(member)
         if dtype.kind not in "fiubU" or math.prod(shape) * dtype.itemsize > info.file_size:
             raise ValueError(f"member {info.filename[:40]!r} is no array of numbers, or shorter than it claims")
-        data = member.read()                                     # the zip's checksum is verified at its end
+        data = member.read(info.file_size + 1)                   # bounded, whatever it would expand to; its checksum is verified at the end
     if len(data) != math.prod(shape) * dtype.itemsize:
         raise ValueError(f"member {info.filename[:40]!r} is longer or shorter than it claims")
     return np.frombuffer(data, dtype).reshape(shape, order="F" if fortran else "C").copy(order="K")

@@ -35,7 +35,7 @@ NUMBERS = CONTACTS.stop
 WINDOW, STEP, SHORTEST = 240, 120, 30
 SLOW, HEEL_HEIGHT, TOE_HEIGHT = 0.05, 3.0, 2.0                   # squared units a frame; units above the floor
 FEET_SHARE = 0.9                                                 # of the others' deviation
-HIPS_HEIGHT, HIPS_PER_LEG = 17.0, 1.147                          # hips over the floor, in units and in legs of a standing body
+HIPS_HEIGHT = 17.0                                               # over the floor, on average, in the authors' normaliser
 
 
 def read_points(path: str, overrides: dict[str, str] | None = None) -> np.ndarray:

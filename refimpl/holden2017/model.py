@@ -24,7 +24,7 @@ _FACTS = {"leg": float, "source": str, "normaliser": str, "depooling": str}
 class Manifold:
     """A trained loss network and what its numbers mean.
 
-    params : W0, b0;  normaliser : of the data it was trained on;  leg, bones : that data's skeleton, in its length unit;
+    params : W0, b0, and V0, c0 where the decoder is not tied;  normaliser : of the data it was trained on;  leg, bones : that data's skeleton, in its length unit;
     depooling : while it learnt, of `train.DEPOOLING`.
     """
 
@@ -145,13 +145,21 @@ def _manifold(path, arrays, facts):
         raise FormatError(f"{path}: found a leg {facts['leg']:g} long, needed one from {LEG_RANGE[0]:g} to {LEG_RANGE[1]:g}")
     if not (arrays["deviation"] > 0).all():
         raise FormatError(f"{path}: found a deviation that is not above 0, needed positive ones")
-    params = {"W0": arrays["W0"], "b0": arrays["b0"]}
+    params = {name: arrays[name] for name in ("W0", "b0", "V0", "c0") if name in arrays}
     _check_filters(path, params, "W0", "b0", params["b0"].size, FEATURES)
+    if "V0" in params or "c0" in params:
+        _check_decoder(path, params)
     for name, known in (("normaliser", FORMS), ("depooling", DEPOOLING)):
         if facts[name] not in known:
             raise FormatError(f"{path}: found {name} {facts[name][:40]!r}, needed one of {', '.join(known)}")
     normaliser = Normaliser(arrays["mean"], arrays["deviation"], facts["source"], facts["normaliser"])
     return Manifold(params, normaliser, facts["leg"], arrays["bones"], facts["depooling"])
+
+
+def _check_decoder(path, params):
+    V, c, W = params.get("V0"), params.get("c0"), params["W0"]
+    if V is None or c is None or V.shape != W.shape or c.shape != (FEATURES,) or V.dtype != W.dtype or c.dtype != W.dtype or not (plausible(V) and plausible(c)):
+        raise FormatError(f"{path}: found a decoder that does not fit W0 {W.dtype} {W.shape}, needed plausible V0 of that kind and c0 ({FEATURES},)")
 
 
 def _check_filters(path, params, filters, biases, c_out, c_in):

@@ -57,26 +57,34 @@ def decode(H, params, *, chosen=None, kernels=tiled):
     r"""Equation 2:   L+(H) = (Psi+(H) - b0) * W0~,   Psi+ = average-depooling, W0~ the transposed convolution with the same filters.
 
     chosen : (N, 256, T) of 0 and 1 for depooling by chance instead, as L learns (`nn.random_depool1d`)
+    A decoder that is not tied, like that of the 2016 code's network, has filters V0 (256, 66, K) and biases c0 (66,) of its own in params:
+    L+(H) = Psi+(H) * V0~ + c0.
     H : (N, 256, T)  ->  X (N, 66, 2 T)
     """
-    return kernels.conv_transpose1d(_before_filters(H, params, chosen), params["W0"])     # (N, 66, 2 T)
+    D = _before_filters(H, params, chosen)                       # (N, 256, 2 T)
+    if "V0" in params:
+        return kernels.conv_transpose1d(D, params["V0"]) + params["c0"][:, None]
+    return kernels.conv_transpose1d(D, params["W0"])             # (N, 66, 2 T)
 
 
 def decode_backward(dX, H, params, *, chosen=None, kernels=tiled):
-    """dX : (N, 66, 2 T), H : (N, 256, T)  ->  dH, {"W0": dW0, "b0": db0}"""
-    dD, dW0, _ = kernels.conv_transpose1d_backward(dX, _before_filters(H, params, chosen), params["W0"])
+    """dX : (N, 66, 2 T), H : (N, 256, T)  ->  dH, {"W0": dW0, "b0": db0}, or V0 and c0 of an untied decoder"""
+    filters = "V0" if "V0" in params else "W0"
+    dD, dfilters, _ = kernels.conv_transpose1d_backward(dX, _before_filters(H, params, chosen), params[filters])
     dH = nn.avg_depool1d_backward(dD, H) if chosen is None else nn.random_depool1d_backward(dD, H, chosen)
-    return dH, {"W0": dW0, "b0": -wide_sum(dD, (0, 2))}
+    if filters == "V0":
+        return dH, {"V0": dfilters, "c0": wide_sum(dX, (0, 2))}
+    return dH, {"W0": dfilters, "b0": -wide_sum(dD, (0, 2))}
 
 
 def _before_filters(H, params, chosen):
     depooled = nn.avg_depool1d(H) if chosen is None else nn.random_depool1d(H, chosen)
-    return depooled - params["b0"][:, None]                      # D (N, 256, 2 T)
+    return depooled if "V0" in params else depooled - params["b0"][:, None]              # D (N, 256, 2 T)
 
 
 def decode_backward_to_input(dX, H, params, *, kernels=tiled):
     """Only dH of `decode_backward`: the adjoint of a transposed convolution is the convolution, without bias."""
-    return nn.avg_depool1d_backward(kernels.conv1d(dX, params["W0"]), H)
+    return nn.avg_depool1d_backward(kernels.conv1d(dX, params.get("V0", params["W0"])), H)
 
 
 def project(X, params, *, kernels=tiled):

@@ -16,15 +16,16 @@ BLOCK = 1920                                                     # frames comput
 class Stylist:
     """The two networks, made ready for many clips.
 
-    params : of T, or None to project only;  loss_network : W0, b0;  threads : Python threads that share the work (the same bits for the same number);
+    params : of T, or None to project only;  loss_network : W0, b0, and V0, c0 of an untied decoder;  threads : Python threads that share the work (the same bits for the same number);
     block : frames computed at a time. The arrays of params are read once: a Stylist does not see later changes.
     """
 
     def __init__(self, params, loss_network, *, threads=1, block=BLOCK):
         W0, b0 = loss_network["W0"], loss_network["b0"]
         layers = [] if params is None else [(params[f"W{i}"], params[f"b{i}"]) for i in (1, 2, 3)]
-        self.filters = [W for W, _ in layers] + [W0, half_filters(W0)]
-        self.biases = [b for _, b in layers] + [b0, None]
+        self.tied, decoder = "V0" not in loss_network, loss_network.get("V0", W0)
+        self.filters = [W for W, _ in layers] + [W0, half_filters(decoder)]
+        self.biases = [b for _, b in layers] + [b0, None if self.tied else loss_network["c0"]]
         self.dtype, self.features, self.block = W0.dtype, W0.shape[1], max(2, block - block % 2)
         self.reach = sum(W.shape[2] // 2 + 1 for W in self.filters[:-1]) + W0.shape[2] // 2 + 2
         self.reach += self.reach % 2                             # frames that a result looks to each side, even for the pooling
@@ -66,7 +67,8 @@ class Stylist:
             plan = self._plan(layer, N, frames)
             y = plan.forward(self._filter_spectra(layer, plan))
             if layer > encoder:
-                return y.reshape(N, even, C)[:, :T]              # (N, T / 2, 2 x 66): even and odd frames side by side
+                X = y.reshape(N, even, C)[:, :T]                 # (N, T / 2, 2 x 66): even and odd frames side by side
+                return X if self.tied else X + self.biases[layer]
             if layer == encoder:
                 self._pool_into(self._plan(layer + 1, N, even // 2).input, y)
                 continue
@@ -82,13 +84,14 @@ class Stylist:
         raise AssertionError("the last layer returns")
 
     def _pool_into(self, E, Z):
-        """E = relu(max-pool(Z + b0)) / 2 - b0, what the decoder at half resolution reads.   Z : (N, T, m), E : (N, T / 2, m)"""
+        """E = relu(max-pool(Z + b0)) / 2 - b0, what the decoder at half resolution reads (an untied one without - b0).   Z : (N, T, m), E : (N, T / 2, m)"""
         b0 = self.biases[-2]
         np.maximum(Z[:, 0::2], Z[:, 1::2], out=E)
         E += b0
         np.maximum(E, 0, out=E)
         E *= self.dtype.type(0.5)
-        E -= b0
+        if self.tied:
+            E -= b0
 
     def _plan(self, layer, N, T):
         """One plan for each layer and size; the sizes of the last two clips are kept."""

@@ -1,0 +1,185 @@
+r"""Where the 66 numbers of 2017 meet the 73 of 2016, and the 2016 network as a loss network of 2017.
+
+    rows 0..2     the reference joint, always 0
+    rows 3..65    positions
+    rows 66, 67   the root's velocity: sideways, forward
+    row  68       minus the turning
+    rows 69..72   contacts, given, else at their mean (0 when normalised)
+
+A body is brought to the network's size by its standing hips, which come to the mean height of the
+normaliser, 17.00 units in the authors' file. Where only a leg is known (`Network.manifold`), it is
+brought to that of the code's skeleton, 14.785 units.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..holden2017.model import Manifold
+from ..holden2017.transfer import Stylised, onto_skeleton
+from ..motion import features as f66
+from ..motion.joints import BONES, HEELS, LEGS, TOES
+from ..motion.prepare import Normaliser as Normaliser66
+from ..motion.take import Take
+from . import losses, rows, search
+from .files import check_pair, read_network, read_preprocess
+from .network import Params, decode, encode
+
+SOURCE = "the network of 2016"
+# Which row of the 73 each of the 66 numbers is, and its sign.
+ORDER = np.concatenate([np.arange(rows.POSITIONS.start, rows.POSITIONS.stop),
+                        [rows.TURN, rows.VELOCITY.start + 1, rows.VELOCITY.start]])
+SIGN = np.where(ORDER == rows.TURN, -1.0, 1.0)
+
+
+def to_rows(features: np.ndarray, contacts: np.ndarray | None = None,
+            mean: np.ndarray | None = None) -> np.ndarray:
+    """The 66 numbers as 73, in their own unit.
+
+    features : (T, 66);  contacts : (T, 4), or None for their mean;  mean : (73,) of the normaliser,
+    0.5 for contacts unless given   ->  (T, 73)
+    """
+    made = np.zeros((len(features), rows.NUMBERS))
+    made[:, ORDER] = features * SIGN
+    usual = 0.5 if mean is None else mean[rows.CONTACTS]
+    made[:, rows.CONTACTS] = usual if contacts is None else contacts
+    return made
+
+
+def to_features(made: np.ndarray) -> np.ndarray:
+    """The inverse of `to_rows`, without the contacts.   (T, 73)  ->  (T, 66)"""
+    return made[:, ORDER] * SIGN
+
+
+def standing_hips(positions: np.ndarray) -> float:
+    """How high the hips are above the soles of the toes when a body stands straight: the lowest ankle
+    over the lowest toe, the leg, and from the leg to the hips; of whatever the body does.
+
+    positions : (T, 21, 3), y up  ->  height in their unit
+    """
+    heights = positions[..., 1]
+    ankle = heights[:, HEELS].min() - heights[:, TOES].min()
+    hips = np.median(heights[:, 0] - heights[:, [leg[0] for leg in LEGS]].mean(axis=1))
+    return float(max(ankle, 0.0) + f66.leg_length(positions) + max(hips, 0.0))
+
+
+@dataclass(frozen=True)
+class Network:
+    """A network of 2016 and its normaliser, the authors' or one trained here.
+
+    params : of `network`;  normaliser : of `rows`
+    """
+
+    params: Params = field(repr=False)
+    normaliser: rows.Normaliser = field(repr=False)
+
+    @property
+    def hips(self) -> float:
+        """How high the hips are on its scale: 17.00 in the authors' file."""
+        return float(self.normaliser.mean[rows.POSITIONS.start + 1])
+
+    @property
+    def leg(self) -> float:
+        """How long the leg of the code's skeleton is on its scale."""
+        thighs_and_shins = losses.LENGTHS[[1, 2, 5, 6]].sum() / 2
+        return float(thighs_and_shins * self.hips / rows.HIPS_HEIGHT)
+
+    @property
+    def bones(self) -> np.ndarray:
+        """The lengths of `joints.BONES` on its scale.
+
+        The code's own 20, grown with the leg; it has none from the chest to the arms, for which the
+        mean pose stands in.   ->  (20,)
+        """
+        lengths = losses.LENGTHS.copy()
+        mean = self.normaliser.mean[rows.POSITIONS].reshape(-1, 3)
+        for number, (ours, theirs) in enumerate(zip(BONES, losses.BONES)):
+            if ours != theirs:
+                lengths[number] *= (np.linalg.norm(mean[ours[1]] - mean[ours[0]])
+                                    / max(np.linalg.norm(mean[theirs[1]] - mean[theirs[0]]), 1e-9))
+        return lengths * (self.hips / rows.HIPS_HEIGHT)
+
+    def network_input(self, features: np.ndarray, contacts: np.ndarray | None = None) -> np.ndarray:
+        """Features on its scale as it takes them.   (T, 66), (T, 4)  ->  (1, 73, T)"""
+        made = to_rows(features, contacts, self.normaliser.mean)
+        return self.normaliser.apply(made)[None].astype(self.params["We"].dtype)
+
+    def encode(self, features: np.ndarray, contacts: np.ndarray | None = None) -> np.ndarray:
+        """Hidden units L(X) of features on its scale.   (T, 66), (T, 4)  ->  (1, m, T // 2)"""
+        return encode(self.network_input(features, contacts), self.params)
+
+    def decode(self, H: np.ndarray) -> np.ndarray:
+        """(1, m, U)  ->  features (2 U, 66) on its scale"""
+        return to_features(self.normaliser.undo(decode(H, self.params)[0]))
+
+    def project(self, features: np.ndarray, contacts: np.ndarray | None = None) -> np.ndarray:
+        """P(X) = L+(L(X)); an odd last frame is doubled and dropped again.   (T, 66), (T, 4)  ->  (T, 66)"""
+        even, planted = _even(features), None if contacts is None else _even(contacts)
+        return self.decode(self.encode(even, planted))[:len(features)]
+
+    def manifold(self) -> Manifold:
+        """This network as a loss network of 2017, on the 66 numbers.
+
+        Contacts are at their mean there, so that their filters meet zeros. The decoder keeps its own
+        filters V0 and biases c0 (`holden2017.networks.decode`).   ->  Manifold
+        """
+        p, normaliser = self.params, self.normaliser
+        sign = SIGN.astype(p["We"].dtype)
+        decoder = (p["Wd"][ORDER] * sign[:, None, None])[:, :, ::-1].swapaxes(0, 1)      # (m, 66, K)
+        params = {"W0": np.ascontiguousarray(p["We"][:, ORDER] * sign[:, None]), "b0": p["be"],
+                  "V0": np.ascontiguousarray(decoder), "c0": p["bd"][ORDER] * sign}
+        return Manifold(params, Normaliser66(normaliser.mean[ORDER] * SIGN, normaliser.deviation[ORDER],
+                                             SOURCE, "2016"), self.leg, self.bones)
+
+
+def read(network: str, preprocess: str) -> Network:
+    """The authors' network of a user's own two files.
+
+    network : `network_core.npz`, preprocess : `preprocess_core.npz`   ->  Network
+    Raises FormatError when a file is another one or the two describe no body, OSError.
+    """
+    normaliser = read_preprocess(preprocess)
+    check_pair(normaliser, preprocess)
+    return Network(read_network(network), normaliser)
+
+
+def transfer(take: Take, style: Take, network: Network, *, clean: bool = True,
+             amount: float = search.AMOUNT, iterations: int = search.ITERATIONS,
+             constraint_iterations: int = search.CONSTRAINT_ITERATIONS, seed: int = 0,
+             watch: search.Watch | None = None) -> Stylised:
+    """A take in the style of another by the 2016 code's own search, on the take's own skeleton.
+
+    Both are brought to the network's size and made rows of by `rows.encode`: the code's floor, facing
+    and contacts. The content is the whole take, not four windows; the style its first window of 240
+    rows, padded where it is shorter.
+
+    clean : lock the feet (`transfer.onto_skeleton`), which the code does not;  seed : of the noise
+    ->  Stylised.   Raises ValueError.
+    """
+    sizes = [network.hips / standing_hips(t.positions) for t in (take, style)]
+    content, wanted = (rows.encode(t.positions * size) for t, size in zip((take, style), sizes))
+    windows = rows.windows(wanted)
+    if not len(windows):
+        raise ValueError(f"style: found {len(wanted)} rows, needed more than {rows.SHORTEST} at 60 a second")
+    content = _even(content)
+    start = search.noise(np.random.default_rng([seed, 4]), len(content))
+    found = search.transfer(content, windows[0], network.params, network.normaliser, start=start,
+                            amount=amount, iterations=iterations,
+                            constraint_iterations=constraint_iterations, watch=watch)
+    moved = to_features(found.result)
+    if len(moved) < len(take.features):                          # a row leads to the next frame: the last has none
+        moved = np.concatenate([moved, moved[-1:]])
+    moved = f66.scale(moved[:len(take.features)], 1 / sizes[0])
+    floor = rows.floor_height(take.positions * sizes[0]) / sizes[0]
+    moved[:, _heights()] += floor - take.start.floor      # each floor is its own
+    return onto_skeleton(take, moved, clean=clean)
+
+
+def _heights():
+    """Which of the 66 numbers are heights of joints."""
+    return range(f66.POSITIONS.start + 1, f66.POSITIONS.stop, 3)
+
+
+def _even(frames):
+    """Frames in an even number, the last one doubled, for the pooling.   (T, n)  ->  (T + T % 2, n)"""
+    return np.concatenate([frames, frames[-1:]]) if len(frames) % 2 else frames
