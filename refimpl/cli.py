@@ -12,12 +12,12 @@ from .blas import prefer
 
 prefer(os.environ)                                               # before NumPy is first imported, hence before the commands
 
-from .commands import bench, check, demo, evaluate, inspect, prepare, torresani, train, transfer
+from .commands import bench, check, demo, evaluate, inspect, prepare, torresani, train, train_2016, transfer
 from .commands.options import InputFolder, OutputFolder, files_of
 from .commands.terminal import safe_streams
 from .storage import OutputError, check_outputs, identity, protected
 
-GROUPS = (demo, inspect, prepare, train, transfer, evaluate, torresani, check, bench)
+GROUPS = (demo, inspect, prepare, train, train_2016, transfer, evaluate, torresani, check, bench)
 
 
 class Parser(argparse.ArgumentParser):

@@ -6,13 +6,14 @@ import re
 
 import numpy as np
 
-from ..holden2017 import evaluate
+from ..experiments import evaluate
+from ..holden2016 import bridge
 from ..holden2017.model import load_style
 from ..motion.dataset import find_clips, load_dataset, to_scale
 from ..motion.features import Start, decode
 from ..motion.take import read_take
 from ..storage import atomic_write
-from .options import InputFolder, InputPath, OutputFolder, there_already, whole
+from .options import InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole, write_report
 from .progress import Progress, table
 
 DESCRIPTION = """Stylise every clip that was kept out of training by every style network and by optimisation, write the results, read them again and measure them. The
@@ -30,13 +31,20 @@ def add_commands(commands):
     command.add_argument("motions", metavar="MOTIONS.npz", type=InputPath, help="what `refimpl prepare` wrote, with clips held out")
     command.add_argument("styles", metavar="STYLE.npz", nargs="+", type=InputPath, help="what `refimpl train-style` wrote, all of one loss network")
     command.add_argument("--content-style", default="normal", metavar="NAME", help="the style of the contents (default: %(default)s)")
+    command.add_argument("--network", metavar="N.npz", type=InputPath, help="a network of 2016 (the authors' network_core.npz, or of `refimpl train-2016`): "
+                         "measure that system as its code is, too")
+    command.add_argument("--preprocess", metavar="P.npz", type=InputPath, help="its normaliser")
     command.add_argument("--most", type=whole(1), metavar="N", help="clips of each style at most (default: all that were held out)")
     command.add_argument("--out", metavar="DIR", type=OutputFolder, default=OutputFolder("refimpl-evaluation"), help="made if missing (default: %(default)s)")
+    command.add_argument("--json", metavar="FILE", type=OutputPath, help="write the tables as JSON, a row a system and style")
     command.set_defaults(run=run, also_writes=lambda a: there_already(a.out, ["report.json"]))
 
 
 def run(arguments):
     arguments.out = Path(arguments.out)
+    if bool(arguments.network) != bool(arguments.preprocess):
+        raise evaluate.EvaluationError("evaluate: found one of --network and --preprocess, needed both or neither")
+    network = bridge.read(arguments.network, arguments.preprocess) if arguments.network else None
     dataset = load_dataset(arguments.motions)
     styles = [load_style(path) for path in arguments.styles]
     _check(styles, dataset, arguments)
@@ -50,7 +58,7 @@ def run(arguments):
     rows, windows = [], {}
     progress = Progress(sum(map(len, contents.values())), "clip", seconds=2.0)
     for style in styles:
-        for row, points in _style_rows(dataset, style, contents[style.name], judges, arguments, paths, progress):
+        for row, points in _style_rows(dataset, style, contents[style.name], judges, arguments, paths, progress, network):
             rows.append(row)
             windows.setdefault((row["style"], row["system"]), []).append(points)
     distances = evaluate.frechet_distances(windows, reference)
@@ -58,12 +66,18 @@ def run(arguments):
     by_style = {style.name: evaluate.summary([r for r in rows if r["style"] == style.name], {k: d for k, d in distances.items() if k[0] == style.name})
                 for style in styles}
     first = contents[styles[0].name][0]
-    speed = evaluate.table_1(to_scale(first.features, dataset.leg, manifold.leg), first.contacts, evaluate.exemplars_of(dataset, styles[0], first.content), styles[0])
+    speed = evaluate.table_1(to_scale(first.features, dataset.leg, manifold.leg), first.contacts, evaluate.exemplars_of(dataset, styles[0], first.content), styles[0],
+                             network=network)
     effect = evaluate.projection_effect(contents[styles[0].name], styles[0], dataset.leg)
     _print(lines, by_style, speed, effect)
     with atomic_write(arguments.out / "report.json") as file:
         json.dump({"summary": lines, "styles": by_style, "table 1": speed, "projection": effect, "clips": rows,
                    "judges": [c.name for c in chosen]}, file, indent=1)
+    if arguments.json:
+        told = {key: str(value) if isinstance(value, Path) else value for key, value in vars(arguments).items() if key not in ("run", "also_writes")}
+        write_report(arguments.json, "evaluate", told, [{"style": "all", **line} for line in lines] + [
+            {"style": name, **line} for name, own in by_style.items() for line in own],
+            table_1=speed, units={"skate": "cm/s", "sinks": "cm", "path error": "cm", "seconds": "of the mathematics alone"})
     print(f"{arguments.out}: report.json, strip_STYLE.png and the written clips")
 
 
@@ -91,7 +105,7 @@ def _contents(dataset, style, paths, arguments):
     return turns[:arguments.most]
 
 
-def _style_rows(dataset, style, contents, judges, arguments, paths, progress):
+def _style_rows(dataset, style, contents, judges, arguments, paths, progress, network):
     """Every system on every content, and the real takes kept out.   ->  yields (row, windows embedded by the judge of joints)"""
     manifold, drawn = style.manifold, False
 
@@ -101,7 +115,7 @@ def _style_rows(dataset, style, contents, judges, arguments, paths, progress):
         take, exemplars = read_take(paths[clip.name]), evaluate.exemplars_of(dataset, style, clip.content)
         motions = {"style": decode(exemplars[0], Start()), "content": take.positions}
         yield row("content", clip.content, clip.name, evaluate.measure(take, take, exemplars, manifold, judges), to_scale(take.features, take.leg, manifold.leg))
-        for system, result, seconds in evaluate.carry_out(take, exemplars, style):
+        for system, result, seconds in evaluate.carry_out(take, exemplars, style, network=network):
             label = "_".join(re.findall(r"\w+", system))
             again = evaluate.read_back(result.clip, arguments.out / f"{style.name}_{Path(clip.name).name}_{label}.bvh")
             measured = evaluate.measure(again, take, exemplars, manifold, judges)
@@ -121,9 +135,11 @@ def _style_rows(dataset, style, contents, judges, arguments, paths, progress):
 def _strip(path, motions, name):
     """As figures 3 and 4: the style, the content and what each system made of it."""
     from .. import plot
-    shown = {"style": motions["style"], "content": motions["content"], "2016": motions["2016"], "result": motions["2017, own pace"]}
+    systems = [system for system in (evaluate.CODED, evaluate.OWN) if system in motions]
+    shown = {name: motions[name] for name in ("style", "content", *systems)} | {"2017": motions["2017, own pace"]}
     count = min(len(m) for m in shown.values())
-    plot.save(plot.strip({label: m[:min(count, 180)] for label, m in shown.items()}, title=f"{name}: style, content, the results of 2016 and of 2017 at its own pace"), path)
+    plot.save(plot.strip({label: m[:min(count, 180)] for label, m in shown.items()},
+                         title=f"{name}: style, content, {' and '.join(systems)}, and 2017 at its own pace"), path)
 
 
 def _print(lines, by_style, speed, effect):
@@ -132,8 +148,9 @@ def _print(lines, by_style, speed, effect):
         _table(columns, lines)
     print("\neach style")
     _table(COLUMNS, [{**line, "system": f"{name}: {line['system']}"} for name, own in by_style.items() for line in own])
-    print("\nTable 1, seconds")
-    _table((("frames", "{}"), ("2016", "{:.4f}"), ("2017", "{:.4f}"), ("ratio", "{:.0f}")), speed)
+    print("\nTable 1, seconds from features to features, without reading, writing and clean-up; ratio: 2016 in its own form over 2017")
+    coded = [evaluate.CODED] if evaluate.CODED in speed[0] else []
+    _table((("frames", "{}"), *((name, "{:.4f}") for name in (*coded, evaluate.OWN, "2017")), ("ratio", "{:.0f}")), speed)
     print("\nprojection (figure 2)")
     _table((("what", "{}"), ("bone error", "{:.2%}"), ("error", "{:.2f}"), ("jerk / clean", "{:.2f}")), effect)
 

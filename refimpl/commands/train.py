@@ -27,7 +27,7 @@ def add_commands(commands):
                                    description="Train the convolutional autoencoder, the loss network of equations 1 to 3.")
     manifold.add_argument("motions", metavar="MOTIONS.npz", type=InputPath, help="what `refimpl prepare` wrote")
     manifold.add_argument("-o", "--output", metavar="MANIFOLD.npz", type=OutputPath, required=True)
-    _training_options(manifold, epochs=100, rate=AUTOENCODER_RATE)
+    training_options(manifold, epochs=100, rate=AUTOENCODER_RATE)
     manifold.add_argument("--hidden", type=whole(1), default=256, metavar="M", help="hidden units (default: %(default)s)")
     manifold.add_argument("--dropout", type=number(least=0, below=1), default=0.02, metavar="P",
                           help="share of input numbers set to 0 while it learns; 0 is equation 3 as printed (default: %(default)s)")
@@ -45,7 +45,7 @@ def add_commands(commands):
     style.add_argument("manifold", metavar="MANIFOLD.npz", type=InputPath, help="what `refimpl train-autoencoder` wrote")
     style.add_argument("--style", required=True, metavar="NAME", help="the label of the style's exemplar clips")
     style.add_argument("-o", "--output", metavar="STYLE.npz", type=OutputPath, required=True)
-    _training_options(style, epochs=100, rate=RATE)
+    training_options(style, epochs=100, rate=RATE)
     style.add_argument("--channels", type=whole(1), default=128, metavar="C", help="channels between its layers (default: %(default)s)")
     style.add_argument("--content-style", default="normal", metavar="NAME", help="the style of the clips to learn on, or several: A,B (default: %(default)s)")
     style.add_argument("--clips", metavar="REGEX", help="learn only on content clips in whose name this is found")
@@ -67,15 +67,17 @@ def add_commands(commands):
     style.set_defaults(run=run_style)
 
 
-def _training_options(command, epochs, rate):
+def training_options(command, epochs, rate, *, batch=BATCH, threads=True):
+    """What every training command takes;  threads : whether its batches can be computed in parts"""
     command.add_argument("--epochs", type=whole(1), default=epochs, metavar="N", help="(default: %(default)s)")
-    command.add_argument("--batch", type=whole(1), default=BATCH, metavar="N", help="windows a step (default: %(default)s)")
+    command.add_argument("--batch", type=whole(1), default=batch, metavar="N", help="windows a step (default: %(default)s)")
     command.add_argument("--rate", type=number(above=0), default=rate, metavar="R", help="Adam's learning rate (default: %(default)s)")
     command.add_argument("--width", type=whole(1), default=25, metavar="K", help="frames of a filter (default: %(default)s)")
     command.add_argument("--seed", type=whole(0), default=0, metavar="N", help="(default: %(default)s)")
-    command.add_argument("--threads", type=whole(1, 256), default=2, metavar="N",
-                         help="compute each batch in so many parts side by side; the same number gives the same bits (default: %(default)s)")
-    command.set_defaults(also_writes=lambda arguments: {"the checkpoint": _checkpoint(arguments)})
+    if threads:
+        command.add_argument("--threads", type=whole(1, 256), default=2, metavar="N",
+                             help="compute each batch in so many parts side by side; the same number gives the same bits (default: %(default)s)")
+    command.set_defaults(also_writes=lambda arguments: {"the checkpoint": checkpoint_of(arguments)})
     command.add_argument("--resume", action="store_true", help="go on from OUTPUT.checkpoint, which every epoch leaves, if it is there; "
                          "without it such a file is kept under another name")
     command.add_argument("--curves", metavar="FILE.png", type=OutputPath, help="draw the losses by epoch")
@@ -93,9 +95,9 @@ def run_autoencoder(arguments):
     settings = {name: getattr(arguments, name) for name in ("epochs", "batch", "rate", "alpha", "dropout", "depooling", "hidden", "width", "seed")}
     run = fingerprint(["autoencoder", settings, arguments.threads], X)
     like = init_loss_network(np.random.default_rng(0), hidden=arguments.hidden, width=arguments.width, dtype=X.dtype)
-    params = _train(arguments, run, like, ("loss",), lambda **how: train_autoencoder(X, **how, **settings))
+    params = follow(arguments, run, like, ("loss",), lambda **how: train_autoencoder(X, **how, **settings))
     save_manifold(arguments.output, Manifold(params, normaliser, dataset.leg, dataset.bones, arguments.depooling))
-    _finish(arguments)
+    finish(arguments)
     print(f"{arguments.output}: {arguments.hidden} hidden units, filters of {arguments.width} frames")
 
 
@@ -113,11 +115,11 @@ def run_style(arguments):
                       *manifold.params.values())
     like = init_transformation_network(np.random.default_rng(0), channels=arguments.channels, width=arguments.width, dtype=lesson.X.dtype)
     fitted = weights.fitted(manifold.leg, len(manifold.params["b0"]))
-    params = _train(arguments, run, like, ("loss", "content", "style", "foot", "bone", "trajectory"),
+    params = follow(arguments, run, like, ("loss", "content", "style", "foot", "bone", "trajectory"),
                     lambda **how: train_style(lesson, manifold, weights=fitted, **how, **settings))
     style = Style(params, manifold, arguments.style, lesson.pairs, lesson.learned, lesson.exemplars, fitted, lesson.known)
     save_style(arguments.output, style)
-    _finish(arguments)
+    finish(arguments)
     measured = held_out_distances(held_out, exemplars, style, dataset.leg)
     for line in table(_distance_rows(measured)):
         print(line)
@@ -127,12 +129,12 @@ def run_style(arguments):
     print(f"{arguments.output}: style {arguments.style!r} for {', '.join(exemplars)}")
 
 
-def _train(arguments, run, like, keys, epochs):
+def follow(arguments, run, like, keys, epochs):
     """Follow a training loop, from its checkpoint on if that is asked for; leave a checkpoint after every epoch; draw the curves.
 
     like : parameters of the shapes to expect;  epochs : state, executor, parts -> the generator   ->  the last parameters
     """
-    checkpoint = _checkpoint(arguments)
+    checkpoint = checkpoint_of(arguments)
     state, records = None, []
     if arguments.resume and checkpoint.exists():
         state, records, exact = load_checkpoint(checkpoint, run, like, arguments.epochs)
@@ -142,8 +144,9 @@ def _train(arguments, run, like, keys, epochs):
     elif aside := set_aside(checkpoint):
         print(f"{checkpoint}: found the checkpoint of an earlier run and --resume not given; it is kept as {aside}")
     progress = Progress(arguments.epochs - len(records), "epoch", seconds=0.0)
-    with ThreadPoolExecutor(arguments.threads) if arguments.threads > 1 else nullcontext() as executor:
-        for record, state in epochs(state=state, executor=executor, parts=arguments.threads):
+    threads = getattr(arguments, "threads", None)
+    with ThreadPoolExecutor(threads) if threads and threads > 1 else nullcontext() as executor:
+        for record, state in epochs(state=state, **({"executor": executor, "parts": threads} if threads else {})):
             records.append(record)
             save_checkpoint(checkpoint, state, records, run)
             progress.step(epoch_line(record))
@@ -153,14 +156,14 @@ def _train(arguments, run, like, keys, epochs):
     return state.params
 
 
-def _checkpoint(arguments):
+def checkpoint_of(arguments):
     """Where the checkpoints of a run stand: beside its output."""
     return Path(f"{arguments.output}.checkpoint")
 
 
-def _finish(arguments):
+def finish(arguments):
     """The output is complete: its checkpoint has done its work."""
-    _checkpoint(arguments).unlink(missing_ok=True)
+    checkpoint_of(arguments).unlink(missing_ok=True)
 
 
 def _distance_rows(measured):

@@ -4,8 +4,8 @@ import sys
 
 import numpy as np
 
+from ..holden2016 import bridge, own, search
 from ..holden2017.model import load_manifold, load_style
-from ..holden2017.optimise import Settings, optimise_transfer
 from ..holden2017.transfer import transfer
 from ..motion.bvh import write_bvh
 from ..motion.features import path_length
@@ -15,7 +15,11 @@ from ..motion.take import bone_lengths, guess_unit, read_take, standing_height
 from .options import InputPath, OutputPath, check_ending, number, whole, write_report
 
 DESCRIPTION = """A clip in another style, on its own skeleton, at 60 frames a second: by a trained network (the system of 2017), or by an
-optimisation that needs no training for a new style (that of 2016): --method optimise --content CLIP.bvh --style S.bvh --manifold M.npz."""
+optimisation that needs no training for a new style (that of 2016): --method optimise --content CLIP.bvh --style S.bvh with either --manifold M.npz, a
+loss network of this package, or --network and --preprocess, the two files of the authors' own network or of `refimpl train-2016`. --form own is this
+package's form of the search, --form coded the one of the 2016 code, statement by statement, which needs the two files; it does not lock feet, so that
+--raw shows what the code shows."""
+FORMS = ("own", "coded")
 
 
 def add_commands(commands):
@@ -35,9 +39,13 @@ def add_commands(commands):
     group.add_argument("--content", metavar="CLIP.bvh", type=InputPath, help="the content")
     group.add_argument("--style", metavar="S.bvh", nargs="+", type=InputPath, help="one clip or more in the style")
     group.add_argument("--manifold", metavar="M.npz", type=InputPath, help="what `refimpl train-autoencoder` wrote")
-    group.add_argument("--weight-style", type=number(least=0, below=1), metavar="S", help=f"against 1 - S for the content (default: {Settings.style})")
-    group.add_argument("--start", choices=("noise", "content"), help=f"where the search begins (default: {Settings.start})")
-    group.add_argument("--iterations", type=whole(0), metavar="N", help=f"(default: {Settings.iterations})")
+    group.add_argument("--network", metavar="N.npz", type=InputPath, help="a network of 2016: the authors' network_core.npz, or what `refimpl train-2016` wrote")
+    group.add_argument("--preprocess", metavar="P.npz", type=InputPath, help="its normaliser, like the authors' preprocess_core.npz")
+    group.add_argument("--form", choices=FORMS, help=f"of the search: this package's or the 2016 code's (default: {FORMS[0]})")
+    group.add_argument("--weight-style", type=number(least=0, below=1), metavar="S",
+                       help=f"against 1 - S for the content (default: {own.Settings.style}, coded {search.AMOUNT:g} / {1 + search.AMOUNT:g})")
+    group.add_argument("--start", choices=("noise", "content"), help=f"where the own search begins (default: {own.Settings.start})")
+    group.add_argument("--iterations", type=whole(0), metavar="N", help=f"(default: {own.Settings.iterations})")
     group.add_argument("--seed", type=whole(0), metavar="N", help="of the noise (default: 0)")
     command.set_defaults(run=run)
 
@@ -48,7 +56,8 @@ def run(arguments):
     check_ending(arguments.output, ".bvh")
     overrides = read_mapping(arguments.mapping) if arguments.mapping else None
     if optimised:
-        manifold = load_manifold(arguments.manifold)
+        network = bridge.read(arguments.network, arguments.preprocess) if arguments.network else None
+        manifold = load_manifold(arguments.manifold) if network is None else None
         exemplars = [read_take(path) for path in arguments.style]
         name = " ".join(arguments.style)
     else:
@@ -56,9 +65,7 @@ def run(arguments):
         name = repr(style.name)
     take = read_take(content, overrides)
     if optimised:
-        chosen = {"style": arguments.weight_style, "start": arguments.start, "iterations": arguments.iterations}
-        settings = Settings(**{key: value for key, value in chosen.items() if value is not None})
-        result = optimise_transfer(take, exemplars, manifold, clean=not arguments.raw, settings=settings, seed=arguments.seed or 0)
+        result = _optimise(arguments, take, exemplars, manifold, network)
     else:
         result = transfer(take, style, projected=not arguments.no_projection, clean=not arguments.raw, own_pace=arguments.own_pace)
     write_bvh(arguments.output, result.clip)
@@ -80,13 +87,27 @@ def run(arguments):
         draw(take.positions, result, arguments.plot, arguments.animate, unit)
 
 
+def _optimise(arguments, take, exemplars, manifold, network):
+    chosen = {"style": arguments.weight_style, "start": arguments.start, "iterations": arguments.iterations}
+    chosen = {key: value for key, value in chosen.items() if value is not None}
+    common = {"clean": not arguments.raw, "seed": arguments.seed or 0}
+    if arguments.form == "coded":
+        if "style" in chosen:
+            share = chosen.pop("style")
+            chosen["amount"] = share / (1 - share)
+        return bridge.transfer(take, exemplars[0].positions, network, **chosen, **common)
+    return own.transfer(take, exemplars, manifold or network.manifold(), settings=own.Settings(**chosen), **common)
+
+
 def _check_method(arguments):
     """Every option of the other method is refused, every missing one named.   ->  path of the content"""
     of_network = {"STYLE.npz": arguments.style_file, "CLIP.bvh": arguments.clip, "--no-projection": arguments.no_projection or None, "--own-pace": arguments.own_pace or None}
-    of_optimise = {"--content": arguments.content, "--style": arguments.style, "--manifold": arguments.manifold, "--weight-style": arguments.weight_style,
+    of_optimise = {"--content": arguments.content, "--style": arguments.style, "--manifold": arguments.manifold, "--network": arguments.network,
+                   "--preprocess": arguments.preprocess, "--form": arguments.form, "--weight-style": arguments.weight_style,
                    "--start": arguments.start, "--iterations": arguments.iterations, "--seed": arguments.seed}
     optimised = arguments.method == "optimise"
-    needed = ("--content", "--style", "--manifold") if optimised else ("STYLE.npz", "CLIP.bvh")
+    of_2016 = arguments.network or arguments.preprocess or arguments.form == "coded"
+    needed = ("--content", "--style", *(("--network", "--preprocess") if of_2016 else ("--manifold",))) if optimised else ("STYLE.npz", "CLIP.bvh")
     for name, value in (of_network if optimised else of_optimise).items():
         if value is not None:
             hint = "give the clip with --content" if name.isupper() or "." in name else "leave it out"
@@ -95,6 +116,12 @@ def _check_method(arguments):
     missing = [name for name in needed if (of_optimise if optimised else of_network)[name] is None]
     if missing:
         raise ValueError(f"transfer: found no {', '.join(missing)}, needed {', '.join(needed)} with --method {arguments.method}")
+    if of_2016 and arguments.manifold:
+        raise ValueError("transfer: found --manifold beside a network of 2016, needed one of them; the coded form is for the latter: leave --manifold out")
+    if arguments.form == "coded" and arguments.start:
+        raise ValueError("transfer: found --start with --form coded, which always begins at noise; leave it out")
+    if arguments.form == "coded" and len(arguments.style) > 1:
+        raise ValueError(f"transfer: found {len(arguments.style)} clips for --style with --form coded, needed one, as the 2016 code takes")
     return arguments.content if optimised else arguments.clip
 
 

@@ -11,7 +11,7 @@ import os
 import sys
 from typing import Any
 
-from . import operations_holden, operations_nn, operations_torresani
+from . import operations_2016, operations_holden, operations_nn, operations_torresani
 from .record import as_tuple
 
 TOLERANCES = {"float64": 1e-12, "float32": 1e-5}     # of the largest element of the expected array
@@ -51,7 +51,7 @@ def reference() -> Backend:
     """The package itself as a backend."""
     functions = {}
     for operation in (operations_nn.OPERATIONS + operations_holden.OPERATIONS
-                      + operations_torresani.OPERATIONS):
+                      + operations_2016.OPERATIONS + operations_torresani.OPERATIONS):
         functions[operation.name] = operation.f
         if operation.backward:
             functions[f"{operation.name}_backward"] = operation.backward

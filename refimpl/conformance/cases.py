@@ -10,12 +10,13 @@ import zlib
 import numpy as np
 
 from ..nn.contract import LAYOUTS
-from . import operations_holden, operations_nn, operations_torresani
+from . import operations_2016, operations_holden, operations_nn, operations_torresani
 from .backend import as_backend, ask, meant
 from .record import Operation, as_tuple, cast, relative_difference
 
 OPERATIONS = {operation.name: operation for operation in (
-    operations_nn.OPERATIONS + operations_holden.OPERATIONS + operations_torresani.OPERATIONS)}
+    operations_nn.OPERATIONS + operations_holden.OPERATIONS + operations_2016.OPERATIONS
+    + operations_torresani.OPERATIONS)}
 PROMISES = ("leaves its inputs alone", "same bits twice", "memory of its own",
             "linear in the upstream gradient")
 

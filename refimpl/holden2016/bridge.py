@@ -11,6 +11,7 @@ normaliser, 17.00 units in the authors' file. Where only a leg is known (`Networ
 brought to that of the code's skeleton, 14.785 units.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,6 +19,7 @@ import numpy as np
 from ..holden2017.model import Manifold
 from ..holden2017.transfer import Stylised, onto_skeleton
 from ..motion import features as f66
+from ..motion.dataset import Labelled
 from ..motion.joints import BONES, HEELS, LEGS, TOES
 from ..motion.prepare import Normaliser as Normaliser66
 from ..motion.take import Take
@@ -143,21 +145,35 @@ def read(network: str, preprocess: str) -> Network:
     return Network(read_network(network), normaliser)
 
 
-def transfer(take: Take, style: Take, network: Network, *, clean: bool = True,
+def training_windows(clips: Iterable[Labelled]) -> np.ndarray:
+    """Windows of rows to train a network on, in the code's unit: the clips' standing hips at 17.00.
+
+    clips : of a Dataset, with its contacts   ->  (N, 240, 73), N = 0 without a long enough clip
+    """
+    clips = list(clips)
+    if not clips:
+        return np.zeros((0, rows.WINDOW, rows.NUMBERS))
+    size = rows.HIPS_HEIGHT / float(np.median([standing_hips(f66.decode(c.features)) for c in clips]))
+    return np.concatenate([rows.windows(to_rows(f66.scale(c.features, size), c.contacts)) for c in clips])
+
+
+def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = True,
              amount: float = search.AMOUNT, iterations: int = search.ITERATIONS,
              constraint_iterations: int = search.CONSTRAINT_ITERATIONS, seed: int = 0,
              watch: search.Watch | None = None) -> Stylised:
-    """A take in the style of another by the 2016 code's own search, on the take's own skeleton.
+    """A take in a style by the 2016 code's own search, on the take's own skeleton.
 
     Both are brought to the network's size and made rows of by `rows.encode`: the code's floor, facing
-    and contacts. The content is the whole take, not four windows; the style its first window of 240
+    and contacts. The content is the whole take, not four windows; the style the first window of 240
     rows, padded where it is shorter.
 
+    style : (T_s, 21, 3), points of a clip in the style at 60 frames a second, y up, in any unit;
     clean : lock the feet (`transfer.onto_skeleton`), which the code does not;  seed : of the noise
     ->  Stylised.   Raises ValueError.
     """
-    sizes = [network.hips / standing_hips(t.positions) for t in (take, style)]
-    content, wanted = (rows.encode(t.positions * size) for t, size in zip((take, style), sizes))
+    both = take.positions, style
+    sizes = [network.hips / standing_hips(positions) for positions in both]
+    content, wanted = (rows.encode(positions * size) for positions, size in zip(both, sizes))
     windows = rows.windows(wanted)
     if not len(windows):
         raise ValueError(f"style: found {len(wanted)} rows, needed more than {rows.SHORTEST} at 60 a second")

@@ -57,16 +57,15 @@ def foot_loss(motion: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     motion : (N, 73, T), contacts : (N, 4, T) of 0 and 1, constants  ->  (N,)
     """
     below = np.minimum(_heights(motion), 0)
-    return (SCALE / 16 / _steps(motion) * losses.foot_loss(as_66(motion), contacts)
-            + SCALE / 4 * nn.mean_squares(below))
+    return _share(motion) * (losses.foot_loss(as_66(motion), contacts) + nn.sum_squares(below))
 
 
 def foot_loss_backward(dloss: np.ndarray, motion: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     """dloss : (N,)  ->  dmotion (N, 73, T)"""
-    slide = losses.foot_loss_backward(SCALE / 16 / _steps(motion) * dloss, as_66(motion), contacts)
-    dmotion = as_66_backward(slide, motion)
+    dloss = _share(motion) * dloss
+    dmotion = as_66_backward(losses.foot_loss_backward(dloss, as_66(motion), contacts), motion)
     below = np.minimum(_heights(motion), 0)
-    dmotion[:, _height_rows(), 1:] += nn.mean_squares_backward(SCALE / 4 * dloss, below)
+    dmotion[:, _height_rows(), 1:] += nn.sum_squares_backward(dloss, below)
     return dmotion
 
 
@@ -143,6 +142,6 @@ def _heights(motion):
     return motion[:, _height_rows(), 1:]
 
 
-def _steps(motion):
-    """T - 1, at least 1: one frame makes no step and costs nothing."""
-    return max(motion.shape[2] - 1, 1)
+def _share(motion):
+    """10 / (4 terms x 4 feet x (T - 1) steps); one frame makes no step and costs nothing."""
+    return SCALE / (4 * len(FEET) * max(motion.shape[2] - 1, 1))

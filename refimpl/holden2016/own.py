@@ -1,50 +1,47 @@
-r"""The optimisation-based predecessor (Holden, Saito and Komura 2016), the second system of Table 1: no network is trained for a style.
-
-1. Hidden units, begun as those of noise (or of the content), get the style's Gram matrix G and stay near the content's units:
+r"""The system of 2016 in this package's own form, on the 66 numbers and any loss network of 2017.
 
     H = argmin  s mean_squares(Gram(H) - G) + c mean_squares(H - L(C)),       s + c = 1
+    H = argmin  foot + bone + trajectory of  L+(H) deviation + mean,          begun at L(L+(H))
 
-2. They give way until the decoded motion keeps to its feet, bones and path:
+The path of the second is the content's, walked as fast as the style walks: v_r' = v_r(C) mean |v_r(L+(H))| / mean |v_r(C)|.
 
-    H = argmin  foot + bone + trajectory of  deviation L+(H) + mean
+From the 2016 code (`search`) it has the noise, the second encoding, the means of squares and the numbers of steps. Its own are:
 
-   where the path is the content's, walked as fast as the style walks: v_r' = v_r(C) * mean |v_r(L+(H))| / mean |v_r(C)|.
-
-Both by Adam. The means of squares of the first search, the steps of 0.01 and their numbers are the 2016 code's. What is not, measured
-by running that code:
-
-- s = 0.1 / 1.1 there: a Gram matrix grows with the square of the hidden units, which this package's normaliser makes 2.4 times
-  larger, and of those 0.1 leaves nothing of the content;
-- the noise there is uniform within sqrt(6 / (C + T)), some 0.10 of a normalised unit; here it is a unit Gaussian, 17 times larger;
-- between the two searches the motion is decoded and encoded again there, which projects it; here the same H goes on. Begun at noise
-  the result's jerk is 1.9 times real motion's before any clean-up, begun at the content 1.5 (of a loss network that learnt with halves
-  several times more);
-- the constraints are means there, feet are kept above the floor and both arms hang from the neck; here they are the sums of
-  equations 7 to 9. Adam's epsilon is 1e-5 in the search there, 1e-8 here (harmless);
-- the style's Gram matrix is not scaled to the content's frames there; the motion has 73 numbers, contacts among them.
+- G is the style's Gram matrix scaled to the content's frames (`losses.style_target`): the code asks for half the energy of a style
+  window of half its length, and damps the motion;
+- s = 0.003, not 0.1 / 1.1: a Gram matrix grows with the square of the hidden units, which this package's normaliser makes 2.4 times larger;
+- Adam's rate is 0.1 and falls to 0 in the second half of the steps. With the code's 0.01 a unit moves by 2.5 in 250 steps, less than hidden
+  units of this size have to: begun at noise, the search has then only begun (it leaves 82 % of the style distance, this 17 %);
+- the constraints are the sums of equations 7 to 9, in which a foot weighs less than in training: at 0.01 it makes the legs shake, at
+  0.003 they slide as much as the content's do;
+- several exemplars count as one long one, and contacts are not among the numbers.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .. import nn
+from ..holden2017 import losses
+from ..holden2017.networks import decode, decode_backward_to_input, encode
+from ..holden2017.total import WEIGHTS as TRAINING, Target, Weights, column, constraint_losses, constraint_losses_backward, denormalise
+from ..holden2017.train import annealed
+from ..holden2017.transfer import onto_skeleton
 from ..motion.dataset import to_scale
-from ..motion.features import VELOCITIES
-from . import losses
-from .networks import decode, decode_backward_to_input, encode
-from .total import WEIGHTS, Target, Weights, column, constraint_losses, constraint_losses_backward, denormalise
-from .transfer import onto_skeleton
+from ..motion.features import FEATURES, VELOCITIES
+from .search import noise
+
+WEIGHTS = replace(TRAINING["norm"], foot=0.003)                  # of the constraints, for centimetres
 
 
 @dataclass(frozen=True)
 class Settings:
-    """s against c = 1 - s;  start : "noise" or "content";  iterations and rate of Adam, of both searches.   Raises ValueError."""
+    """s against c = 1 - s;  start : "noise" or "content";  iterations and first rate of Adam, of both searches.   Raises ValueError."""
 
     style: float = 0.003
     start: str = "noise"
     iterations: int = 250
-    rate: float = 0.01
+    rate: float = 0.1
     constraint_iterations: int = 100
     constraint_rate: float = 0.01
 
@@ -87,37 +84,40 @@ def decoded_loss_backward(dloss, H, target, params, mean, deviation, weights=Wei
 
 
 def minimise(H, backward, iterations, rate):
-    """Adam on hidden units.   backward : H -> dH   ->  H"""
+    """Adam on hidden units, its rate annealed like that of a training (`train.annealed`).   backward : H -> dH   ->  H"""
     params = {"H": H.copy()}
     state = nn.adam_start(params)
-    for _ in range(iterations):
-        nn.adam_update(params, {"H": backward(params["H"])}, state, rate=rate)
+    for step in range(1, iterations + 1):
+        nn.adam_update(params, {"H": backward(params["H"])}, state, rate=annealed(rate, step, iterations))
     return params["H"]
 
 
 def optimise(features, contacts, exemplars, manifold, *, settings=Settings(), weights=None, seed=0):
     """Content features in the style of the exemplars, all on the manifold's scale.
 
-    features : (T, 66);  contacts : (T, 4);  exemplars : list of (T_e, 66);  weights : of the constraints, those of training unless given
-    ->  (T, 66).   Raises ValueError.
+    features : (T, 66);  contacts : (T, 4);  exemplars : list of (T_e, 66);  weights : of the constraints, for the manifold's unit,
+    WEIGHTS unless given;  seed : of the noise   ->  (T, 66).   Raises ValueError.
     """
     if not exemplars:
         raise ValueError("exemplars: found none, needed at least one clip in the style")
     params, normaliser = manifold.params, manifold.normaliser
-    weights = weights or WEIGHTS["norm"].fitted(manifold.leg)
+    weights = weights or WEIGHTS.fitted(manifold.leg)
     even = np.concatenate([features, features[-1:]]) if len(features) % 2 else features
     planted = np.concatenate([contacts, contacts[-1:]]) if len(features) % 2 else contacts
     X = manifold.network_input(even)
     one = np.ones(1, X.dtype)
     content = encode(X, params)
     gram = losses.style_target([encode(manifold.network_input(pairs(e)), params)[0] for e in exemplars], content.shape[2])[None]
-    start = encode(np.random.default_rng([seed, 4]).standard_normal(X.shape).astype(X.dtype), params) if settings.start == "noise" else content
+    start = content
+    if settings.start == "noise":
+        start = encode(noise(np.random.default_rng([seed, 4]), X.shape[2], FEATURES).astype(X.dtype), params)
 
     H = minimise(start, lambda H: hidden_loss_backward(one, H, content, gram, style=settings.style),
                  settings.iterations, settings.rate)
-    path = walked_as(even[:, VELOCITIES], manifold.motion(decode(H, params))[:, VELOCITIES])
+    styled = decode(H, params)
+    path = walked_as(even[:, VELOCITIES], manifold.motion(styled)[:, VELOCITIES])
     target = Target(None, None, planted.T[None].astype(X.dtype), manifold.bones, path.T[None].astype(X.dtype))
-    H = minimise(H, lambda H: decoded_loss_backward(one, H, target, params, normaliser.mean, normaliser.deviation, weights),
+    H = minimise(encode(styled, params), lambda H: decoded_loss_backward(one, H, target, params, normaliser.mean, normaliser.deviation, weights),
                  settings.constraint_iterations, settings.constraint_rate)
     moved = manifold.motion(decode(H, params))
     moved[:, VELOCITIES] = path
@@ -135,7 +135,7 @@ def pairs(features):
     return features[:len(features) - len(features) % 2] if len(features) > 1 else np.repeat(features, 2, axis=0)
 
 
-def optimise_transfer(take, exemplars, manifold, *, clean=True, settings=Settings(), weights=None, seed=0):
+def transfer(take, exemplars, manifold, *, clean=True, settings=Settings(), weights=None, seed=0):
     """Stylise a take by optimisation.   Take, list of Take in the style, Manifold  ->  `transfer.Stylised`.   clean : see `transfer.onto_skeleton`"""
     moved = optimise(to_scale(take.features, take.leg, manifold.leg), take.contacts, [to_scale(e.features, e.leg, manifold.leg) for e in exemplars],
                      manifold, settings=settings, weights=weights, seed=seed)

@@ -8,19 +8,20 @@ import time
 
 import numpy as np
 
+from ..holden2016 import bridge, rows, search
+from ..holden2016.own import Settings, optimise
+from ..holden2017.judges import fit_judge, frechet_distance, gram_vectors, joint_vectors
+from ..holden2017.measure import content_distance, style_distance
+from ..holden2017.transfer import onto_skeleton, project_features, stylise, transfer
 from ..motion.bvh import write_bvh
 from ..motion.dataset import to_scale
-from ..motion.features import POSITIONS, VELOCITIES, Start, decode
+from ..motion.features import POSITIONS, VELOCITIES, Start, decode, scale
 from ..motion.footing import floor_penetration, foot_skate, jerk
 from ..motion.joints import BONES, JOINTS
 from ..motion.take import read_take
-from .judges import fit_judge, frechet_distance, gram_vectors, joint_vectors
-from .measure import content_distance, style_distance
-from .optimise import Settings, optimise
-from .transfer import onto_skeleton, project_features, stylise, transfer
 
-SYSTEMS = ("content", "2016", "2017 T(I), raw", "2017", "2017, own pace", "real")
-RIVAL = Settings(start="content")                            # of 2016: from the content on it gets nearer to the style and jitters less than from noise
+CODED, OWN = "2016, as coded", "2016, own form"
+SYSTEMS = ("content", CODED, OWN, "2017 T(I), raw", "2017", "2017, own pace", "real")
 FRAMES = (240, 480, 960)
 
 
@@ -59,14 +60,22 @@ def exemplars_of(dataset, style, content):
     return [to_scale(c.features, dataset.leg, style.manifold.leg) for c in wanted]
 
 
-def carry_out(take, exemplars, style, settings=RIVAL):
-    """Every system on one content.   ->  yields (system, Stylised, seconds that its mathematics took, without reading and writing)"""
+def carry_out(take, exemplars, style, settings=Settings(), *, network=None, seed=0):
+    """Every system on one content.
+
+    settings : of the 2016 system in its own form here, on the style's loss network;  network : `holden2016.bridge.Network` for that system as coded, with the
+    first exemplar as its style   ->  yields (system, Stylised, seconds that its mathematics took, without reading and writing)
+    """
     manifold, content = style.manifold, to_scale(take.features, take.leg, style.manifold.leg)
     style.stylist                                                # its spectra are computed once for all clips
+    if network is not None:
+        began = time.perf_counter()
+        result = bridge.transfer(take, decode(exemplars[0], Start()), network, clean=False, seed=seed)
+        yield CODED, result, time.perf_counter() - began
     began = time.perf_counter()
-    moved = optimise(content, take.contacts, exemplars, manifold, settings=settings)
+    moved = optimise(content, take.contacts, exemplars, manifold, settings=settings, seed=seed)
     seconds = time.perf_counter() - began
-    yield "2016", onto_skeleton(take, to_scale(moved, manifold.leg, take.leg)), seconds
+    yield OWN, onto_skeleton(take, to_scale(moved, manifold.leg, take.leg)), seconds
     began = time.perf_counter()
     stylise(content, style)
     seconds = time.perf_counter() - began
@@ -166,16 +175,22 @@ def frechet_distances(windows, reference):
     return {(style, system): frechet_distance(np.concatenate(points), np.concatenate(reference[style])) for (style, system), points in windows.items()}
 
 
-def table_1(features, contacts, exemplars, style, frames=FRAMES, repeats=5, settings=RIVAL):
-    """Table 1: seconds of both systems at several lengths in one run, medians, the clip repeated or cut to length.
+def table_1(features, contacts, exemplars, style, frames=FRAMES, repeats=5, settings=Settings(), *, network=None):
+    """Table 1: seconds at several lengths in one run, medians, the clip repeated or cut to length. What is timed, always from features to features:
 
-    ->  list of {"frames", "2016", "2017", "ratio"}
+    - "2016, as coded": `holden2016.search.transfer` with all 350 iterations, encoding of content, style and noise included, on `network`, in plain text;
+    - "2016, own form": `holden2016.own.optimise` with as many, on the style's loss network, with the fast convolutions;
+    - "2017": P(T(I)), `transfer.stylise`, with the fast convolutions.
+
+    None reads, writes or cleans up.   ->  list of {"frames", a system: seconds, "ratio": 2016 in its own form over 2017}
     """
     lines = []
     for count in frames:
         times = -(-count // len(features))
         X, planted = (np.tile(a, (times, 1))[:count] for a in (features, contacts))
-        works = {"2016": lambda: optimise(X, planted, exemplars, style.manifold, settings=settings), "2017": lambda: stylise(X, style)}
+        works = {OWN: lambda: optimise(X, planted, exemplars, style.manifold, settings=settings), "2017": lambda: stylise(X, style)}
+        if network is not None:
+            works = {CODED: coded_search(X, planted, exemplars[0], network, settings), **works}
         seconds = {name: [] for name in works}
         works["2017"]()
         for _ in range(repeats):
@@ -184,8 +199,18 @@ def table_1(features, contacts, exemplars, style, frames=FRAMES, repeats=5, sett
                 work()
                 seconds[name].append(time.perf_counter() - began)
         medians = {name: float(np.median(s)) for name, s in seconds.items()}
-        lines.append({"frames": count, **medians, "ratio": medians["2016"] / medians["2017"]})
+        lines.append({"frames": count, **medians, "ratio": medians[OWN] / medians["2017"]})
     return lines
+
+
+def coded_search(features, contacts, exemplar, network, settings):
+    """The search of the 2016 code over rows made of features, ready to be called."""
+    size = network.hips / bridge.standing_hips(decode(features, Start()))
+    content, style = (bridge.to_rows(scale(f[:len(f) - len(f) % 2], size), planted) for f, planted in (
+        (features, contacts[:len(features) - len(features) % 2]), (exemplar, None)))
+    start = search.noise(np.random.default_rng(0), len(content))
+    return lambda: search.transfer(content, style[:rows.WINDOW], network.params, network.normaliser, start=start, iterations=settings.iterations,
+                                   constraint_iterations=settings.constraint_iterations)
 
 
 def projection_effect(clips, style, leg, *, noise=0.3, seed=0):

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from refimpl import nn
-from refimpl.holden2017 import measure, networks, optimise, total
+from refimpl.holden2016 import own
+from refimpl.holden2016.own import Settings
+from refimpl.holden2017 import measure, networks, total
 from refimpl.holden2017.model import Manifold
-from refimpl.holden2017.optimise import Settings
+from refimpl.holden2017.train import annealed
 from refimpl.motion.features import VELOCITIES
 from refimpl.motion.joints import BONES
 from refimpl.motion.prepare import fit_normaliser
@@ -27,48 +29,48 @@ def problem(seed):
 @pytest.mark.parametrize("s", [0.0, 0.1, 0.7, 1.0])
 def test_gradient_of_gram_and_content(s, seed):
     H, content, gram, *_ = problem(seed)
-    nn.check_gradient(lambda H: optimise.hidden_loss(H, content, gram, style=s),
-                      lambda d, H: optimise.hidden_loss_backward(d, H, content, gram, style=s), H, names=["H"], seed=seed)
+    nn.check_gradient(lambda H: own.hidden_loss(H, content, gram, style=s),
+                      lambda d, H: own.hidden_loss_backward(d, H, content, gram, style=s), H, names=["H"], seed=seed)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_gradient_of_the_decoded_constraints(seed):
     H, _, _, target, L, mean, deviation = problem(seed)
     weights = total.Weights(foot=0.02, bone=0.03, trajectory=0.05, turn=7.0)
-    nn.check_gradient(lambda H: optimise.decoded_loss(H, target, L, mean, deviation, weights),
-                      lambda d, H: optimise.decoded_loss_backward(d, H, target, L, mean, deviation, weights), H, names=["H"], seed=seed)
+    nn.check_gradient(lambda H: own.decoded_loss(H, target, L, mean, deviation, weights),
+                      lambda d, H: own.decoded_loss_backward(d, H, target, L, mean, deviation, weights), H, names=["H"], seed=seed)
 
 
 def test_the_losses_are_those_of_the_equations():
     H, content, gram, target, L, mean, deviation = problem(5)
-    np.testing.assert_allclose(optimise.hidden_loss(H, content, gram, style=0.3),
+    np.testing.assert_allclose(own.hidden_loss(H, content, gram, style=0.3),
                                [0.3 * np.mean((h @ h.T - g) ** 2) + 0.7 * np.mean((h - c) ** 2) for h, g, c in zip(H, gram, content)])
     motion = networks.decode(H, L) * deviation[:, None] + mean[:, None]
     wanted = sum(total.constraint_losses(motion, target).values())
-    np.testing.assert_allclose(optimise.decoded_loss(H, target, L, mean, deviation), wanted)
+    np.testing.assert_allclose(own.decoded_loss(H, target, L, mean, deviation), wanted)
 
 
 def test_adam_takes_the_steps_of_algorithm_1():
     H, content, gram, *_ = problem(6)
 
     def backward(H):
-        return optimise.hidden_loss_backward(np.ones(2), H, content, gram, style=0.2)
+        return own.hidden_loss_backward(np.ones(2), H, content, gram, style=0.2)
     params, state = {"H": H}, nn.adam_start({"H": H})
-    for _ in range(7):
-        params, state = nn.adam_step(params, {"H": backward(params["H"])}, state, rate=0.03)
-    np.testing.assert_array_equal(optimise.minimise(H, backward, 7, 0.03), params["H"])
+    for step in range(1, 8):
+        params, state = nn.adam_step(params, {"H": backward(params["H"])}, state, rate=annealed(0.03, step, 7))
+    np.testing.assert_array_equal(own.minimise(H, backward, 7, 0.03), params["H"])
     np.testing.assert_array_equal(H, problem(6)[0])
 
 
 def test_the_path_is_walked_with_the_results_mean_speed():
     rng = np.random.default_rng(7)
     content, result = rng.normal(size=(2, 50, 3))
-    path = optimise.walked_as(content, result)
+    path = own.walked_as(content, result)
     np.testing.assert_array_equal(path[:, 0], content[:, 0])
     np.testing.assert_allclose(np.linalg.norm(path[:, 1:], axis=1).mean(), np.linalg.norm(result[:, 1:], axis=1).mean())
     np.testing.assert_allclose(path[:, 1] * content[:, 2], path[:, 2] * content[:, 1])
     still = content * [1, 0, 0]
-    np.testing.assert_array_equal(optimise.walked_as(still, result), still)
+    np.testing.assert_array_equal(own.walked_as(still, result), still)
 
 
 @pytest.fixture(scope="module")
@@ -84,14 +86,14 @@ def world():
 def test_a_walk_takes_on_the_style_and_keeps_its_path(world):
     content, style, manifold = world
     odd, planted, exemplars = content.features[:-1], content.contacts[:-1], [style.features]
-    moved = optimise.optimise(odd, planted, exemplars, manifold)
+    moved = own.optimise(odd, planted, exemplars, manifold)
     assert moved.shape == odd.shape
     assert measure.style_distance(moved, exemplars, manifold) < 0.6 * measure.style_distance(odd, exemplars, manifold)
     ratio = np.linalg.norm(moved[:, VELOCITIES][:, 1:], axis=1) / np.linalg.norm(odd[:, VELOCITIES][:, 1:], axis=1)
     np.testing.assert_allclose(ratio, ratio[0])
-    np.testing.assert_array_equal(moved, optimise.optimise(odd, planted, exemplars, manifold))
-    assert not np.array_equal(moved, optimise.optimise(odd, planted, exemplars, manifold, seed=1))
-    from_content = [optimise.optimise(odd, planted, exemplars, manifold, settings=Settings(start="content"), seed=seed) for seed in (0, 1)]
+    np.testing.assert_array_equal(moved, own.optimise(odd, planted, exemplars, manifold))
+    assert not np.array_equal(moved, own.optimise(odd, planted, exemplars, manifold, seed=1))
+    from_content = [own.optimise(odd, planted, exemplars, manifold, settings=Settings(start="content"), seed=seed) for seed in (0, 1)]
     np.testing.assert_array_equal(*from_content)
     assert not np.array_equal(moved, from_content[0])
 
@@ -100,7 +102,7 @@ def test_the_second_search_serves_the_constraints(world):
     content, style, manifold = world
 
     def left(iterations):
-        moved = optimise.optimise(content.features, content.contacts, [style.features], manifold,
+        moved = own.optimise(content.features, content.contacts, [style.features], manifold,
                                   settings=Settings(style=0.01, constraint_iterations=iterations, constraint_rate=0.02))
         motion = moved.T[None]
         target = total.Target(None, None, content.contacts.T[None].astype(float), manifold.bones, motion[:, VELOCITIES])
@@ -110,7 +112,7 @@ def test_the_second_search_serves_the_constraints(world):
 
 def test_a_take_comes_back_on_its_own_skeleton_with_planted_feet(world):
     content, style, manifold = world
-    made = optimise.optimise_transfer(content, [style], manifold, settings=Settings(style=0.001, iterations=30, constraint_iterations=10))
+    made = own.transfer(content, [style], manifold, settings=Settings(style=0.001, iterations=30, constraint_iterations=10))
     assert [j.name for j in made.clip.joints] == [j.name for j in content.clip.joints]
     np.testing.assert_allclose(bone_lengths(made.positions), bone_lengths(content.positions), rtol=1e-9)
 
@@ -127,4 +129,4 @@ def test_settings_that_cannot_be_are_named(wrong, message):
 def test_no_exemplar_is_named(world):
     content, _, manifold = world
     with pytest.raises(ValueError, match="exemplars: found none"):
-        optimise.optimise(content.features, content.contacts, [], manifold)
+        own.optimise(content.features, content.contacts, [], manifold)

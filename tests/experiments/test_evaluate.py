@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from refimpl.holden2017 import evaluate, judges, networks
+from refimpl.experiments import evaluate
+from refimpl.holden2016 import bridge, network, rows
+from refimpl.holden2017 import judges, networks
 from refimpl.holden2017.model import Manifold, Style
 from refimpl.motion.dataset import assemble
 from refimpl.motion.features import POSITIONS
@@ -109,12 +111,18 @@ def test_doctored_motion_measures_what_was_done_to_it(world, both):
     assert 80 < found["sinks"] <= found["sinks at most"] < 100.1
 
 
+def of_2016(dataset):
+    """A network of the 2016 system, untrained, on the scale of its code."""
+    normaliser = rows.fit_normaliser(bridge.training_windows(dataset.clips[:2]))
+    return bridge.Network(network.init_network(np.random.default_rng(0), hidden=4, width=5), normaliser)
+
+
 def test_every_system_is_carried_out_and_summed_up(world, both, tmp_path):
     takes, dataset, manifold, style = world
     clip = dataset.select(style="normal", content="walk", held_out=True)[0]
     take, exemplars = takes[clip.name], [c.features for c in dataset.select(style="zombie", content="walk", held_out=False)]
     rows = [{"style": "zombie", "content": "walk", "system": "content", **evaluate.measure(take, take, exemplars, manifold, both)}]
-    for system, result, seconds in evaluate.carry_out(take, exemplars, style, evaluate.Settings(iterations=3, constraint_iterations=2)):
+    for system, result, seconds in evaluate.carry_out(take, exemplars, style, evaluate.Settings(iterations=3, constraint_iterations=2), network=of_2016(dataset)):
         again = evaluate.read_back(result.clip, tmp_path / "a.bvh")
         rows.append({"style": "zombie", "content": "walk", "system": system, **evaluate.measure(again, take, exemplars, manifold, both), "seconds": seconds})
     real = dataset.select(style="zombie", content="walk", held_out=True)[0]
@@ -127,7 +135,7 @@ def test_every_system_is_carried_out_and_summed_up(world, both, tmp_path):
     assert all(row["bone error"] < 1e-6 for row in rows if "bone error" in row)
     slides = {row["system"]: row["skate"] for row in rows if "skate" in row}
     # Of an untrained network, which shakes feet out of reach for moments.
-    assert all(slides[system] < 0.1 * slides["2017 T(I), raw"] for system in ("2016", "2017", "2017, own pace"))
+    assert all(slides[system] < 0.1 * slides["2017 T(I), raw"] for system in (evaluate.OWN, "2017", "2017, own pace"))
     assert by_system["2017 T(I), raw"]["skate"] > 1 and by_system["2017"]["frames/s"] > 0
 
 
@@ -146,8 +154,11 @@ def test_judges_are_kept_apart_from_what_transfers_used(world):
 def test_both_systems_are_timed_at_each_length(world):
     _, dataset, _, style = world
     clip = dataset.clips[0]
-    lines = evaluate.table_1(clip.features, clip.contacts, [clip.features], style, frames=(20, 200), repeats=1, settings=evaluate.Settings(iterations=2))
-    assert [line["frames"] for line in lines] == [20, 200] and all(line["2016"] > line["2017"] > 0 for line in lines)
+    lines = evaluate.table_1(clip.features, clip.contacts, [clip.features], style, frames=(20, 200), repeats=1, settings=evaluate.Settings(iterations=2),
+                             network=of_2016(dataset))
+    assert [line["frames"] for line in lines] == [20, 200]
+    assert all(line[system] > 0 for line in lines for system in (evaluate.CODED, evaluate.OWN, "2017"))
+    assert all(line["ratio"] == line[evaluate.OWN] / line["2017"] for line in lines)
 
 
 def test_projection_is_measured_with_and_without_noise(world):
