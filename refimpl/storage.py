@@ -26,6 +26,7 @@ import zlib
 import numpy as np
 
 LARGEST = 1e9                                                    # of a number in a model or a data set
+LARGEST_FILE = 1 << 31                                           # bytes of one
 _protected: contextvars.ContextVar[dict] = contextvars.ContextVar("protected", default={})
 
 
@@ -223,7 +224,7 @@ def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[
     decompressed, and an array that claims to be larger than its bytes is refused.
     """
     kind = f"a refimpl {format_name} file"
-    data = Path(path).read_bytes()                               # an OSError of the disk is its own; what follows is about the content
+    data = read_bytes(path, LARGEST_FILE)                        # an OSError of the disk is its own; what follows is about the content
     try:
         arrays = read_arrays(data)
         header = json.loads(str(arrays.pop("header")))
@@ -249,6 +250,20 @@ def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[
     return arrays, told
 
 
+def read_bytes(path: str | Path, most: int) -> bytes:
+    """A file's bytes, or a pipe's.   Raises FormatError when there are more than `most`, OSError."""
+    too_many = FormatError(f"{path}: found more than {most} bytes, needed a file of at most that; is it one?")
+    data = bytearray()
+    with open(path, "rb") as file:
+        if os.fstat(file.fileno()).st_size > most:
+            raise too_many
+        while piece := file.read(1 << 20):
+            data += piece
+            if len(data) > most:
+                raise too_many
+    return bytes(data)
+
+
 def read_arrays(data: bytes, *, names: Iterable[str] | None = None,
                 most: int = 0) -> dict[str, np.ndarray]:
     """The arrays of an `.npz` file's bytes, stored without compression.   ->  {name: array}
@@ -266,8 +281,8 @@ def read_arrays(data: bytes, *, names: Iterable[str] | None = None,
             return {name: _read_array(archive, info, most) for name, info in named.items()
                     if names is None or name in names}
     except (ValueError, TypeError, SyntaxError, tokenize.TokenError, EOFError, RecursionError, KeyError,
-            OverflowError, NotImplementedError, RuntimeError, struct.error, zipfile.BadZipFile, zlib.error,
-            MemoryError) as error:
+            IndexError, OverflowError, NotImplementedError, RuntimeError, struct.error,
+            zipfile.BadZipFile, zlib.error, MemoryError) as error:
         raise ValueError(_first_line(error)) from None
 
 

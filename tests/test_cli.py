@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -247,11 +248,17 @@ def test_evaluate_from_clips_to_report(tmp_path, capsys):
     assert main(["prepare", str(clips), "-o", motions, "--hold-out", "0.25"]) == 0
     assert main(["train-autoencoder", motions, "-o", manifold, "--hidden", "8", *run]) == 0
     assert main(["train-style", motions, manifold, "--style", "zombie", "-o", style, "--channels", "4", "--clips", "[01]$", "--exemplars", "[01]$", *run]) == 0
-    assert main(["evaluate", str(clips), motions, style, "--out", out]) == 0
+    network, preprocess = str(tmp_path / "network.npz"), str(tmp_path / "preprocess.npz")
+    assert main(["train-2016", motions, "-o", network, "--preprocess", preprocess, "--hidden", "6", *run]) == 0
+    assert main(["evaluate", str(clips), motions, style, "--network", network, "--out", out]) == 2 and "needed both or neither" in capsys.readouterr().err
+    assert main(["evaluate", str(clips), motions, style, "--out", out, "--network", network, "--preprocess", preprocess, "--json", f"{out}.json"]) == 0
     report, said = json.loads((tmp_path / "out" / "report.json").read_text()), capsys.readouterr().out
-    assert [line["system"] for line in report["summary"]] == ["content", "2016", "2017 T(I), raw", "2017", "2017, own pace", "real"]
+    systems = ["content", "2016, as coded", "2016, own form", "2017 T(I), raw", "2017", "2017, own pace", "real"]
+    assert [line["system"] for line in report["summary"]] == systems
+    told = json.loads(Path(f"{out}.json").read_text())
+    assert told["command"] == "evaluate" and [row["system"] for row in told["rows"]] == systems * 2 and "2016, as coded" in told["table_1"][0]
     assert "judges fitted on 2 clips" in said and "Table 1, seconds" in said and "projection (figure 2)" in said
-    assert all(line["bone error"] < 1e-6 for line in report["summary"][:5]) and (tmp_path / "out" / "strip_zombie.png").stat().st_size > 10000
+    assert all(line["bone error"] < 1e-6 for line in report["summary"][:6]) and (tmp_path / "out" / "strip_zombie.png").stat().st_size > 10000
     assert set(report["judges"]) == {"walk_normal_002", "walk_zombie_002"}
     assert main(["evaluate", str(clips), motions, style, style, "--out", out]) == 2 and "needed each style once" in capsys.readouterr().err
     assert main(["evaluate", str(clips), motions, style, "--content-style", "sad", "--out", out]) == 2 and "--content-style: found 'sad'" in capsys.readouterr().err
@@ -275,3 +282,37 @@ def test_the_recipe_is_measured(tmp_path, capsys):
     for wrong, words in ((["--tables", "x"], "--tables: found 'x'"), (["--styles", "giant"], "found no clip of style 'giant'")):
         assert main(["experiment", "holden", *wrong]) == 2
         assert words in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def of_2016(models, tmp_path_factory):
+    """A network of the 2016 system in files like the authors' own, after one epoch."""
+    out = tmp_path_factory.mktemp("2016")
+    files = [str(out / "network_core.npz"), str(out / "preprocess_core.npz")]
+    assert main(["train-2016", str(models / "motions.npz"), "-o", files[0], "--preprocess", files[1], "--epochs", "1", "--hidden", "6", "--width", "5",
+                 "--rate", "1e-3", "--curves", str(out / "curves.png")]) == 0
+    assert (out / "curves.png").stat().st_size > 1000 and not (out / "network_core.npz.checkpoint").exists()
+    return files
+
+
+@pytest.mark.parametrize("more", [[], ["--form", "coded"], ["--form", "coded", "--raw", "--weight-style", "0.5"], ["--start", "content", "--raw"]])
+def test_transfer_with_a_network_of_2016(of_2016, folder, tmp_path, more):
+    out, content = tmp_path / "out.bvh", folder / "walk_normal_1.bvh"
+    assert main(["transfer", "--method", "optimise", "--content", str(content), "--style", str(folder / "walk_old_0.bvh"), "--network", of_2016[0],
+                 "--preprocess", of_2016[1], "-o", str(out), "--iterations", "3", *more]) == 0
+    given, made = bvh.read_bvh(content), bvh.read_bvh(out)
+    assert made.joints == given.joints and made.frames == given.frames and made.fps == 60
+
+
+@pytest.mark.parametrize("more, words", [
+    (["--network", "{0}"], "found no --preprocess, needed --content, --style, --network, --preprocess"),
+    (["--form", "coded", "--manifold", "{m}"], "found no --network, --preprocess"),
+    (["--network", "{0}", "--preprocess", "{1}", "--manifold", "{m}"], "found --manifold beside a network of 2016"),
+    (["--network", "{0}", "--preprocess", "{1}", "--form", "coded", "--start", "content"], "always begins at noise"),
+    (["--network", "{1}", "--preprocess", "{0}"], "found no Xmean, Xstd, needed an authors' normaliser with Xmean, Xstd; is it the other one"),
+    (["--network", "{0}", "--preprocess", "{1}", "--form", "coded", "--style", "{s}", "{s}"], "found 2 clips for --style")])
+def test_a_network_of_2016_takes_its_own_options(of_2016, models, folder, tmp_path, capsys, more, words):
+    names = {"m": models / "manifold.npz", "s": folder / "walk_old_0.bvh"}
+    more = [word.format(*of_2016, **names) for word in more]
+    run = ["transfer", "--method", "optimise", "--content", str(folder / "walk_normal_1.bvh"), "--style", str(names["s"]), "-o", str(tmp_path / "out.bvh")]
+    assert main([*run, *more]) == 2 and words in capsys.readouterr().err and not (tmp_path / "out.bvh").exists()

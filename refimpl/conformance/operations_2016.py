@@ -185,7 +185,10 @@ def encode_samples(rng: np.random.Generator) -> list[Sample]:
     return [Sample("plain", (n((2, 4, 8)), n((5, 4, 3)), n(5))),
             Sample("a frame left over", (n((1, 3, 7)), n((4, 3, 5)), n(4))),
             Sample("with dropout", (n((2, 4, 8)), n((5, 4, 3)), n(5)),
-                   {"kept": rng.integers(2, size=(2, 4, 8))})]
+                   {"kept": rng.integers(2, size=(2, 4, 8))}),
+            Sample("all units at their kink", (np.zeros((1, 3, 4)), n((4, 3, 5)), np.zeros(4)),
+                   smooth=False, known={"outputs": (np.zeros((1, 4, 2)),), "upstream": n((1, 4, 2)),
+                                        "gradients": (np.zeros((1, 3, 4)), np.zeros((4, 3, 5)), np.zeros(4))})]
 
 
 def decode_samples(rng: np.random.Generator) -> list[Sample]:

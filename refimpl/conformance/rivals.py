@@ -8,7 +8,7 @@ import numpy as np
 from .. import nn
 from ..holden2017 import losses
 from ..motion.joints import FEET
-from . import definitions, rivals_torresani
+from . import definitions, rivals_2016, rivals_torresani
 
 
 def _window(x, width, stride, padding, dilation, ceil_mode):
@@ -143,5 +143,6 @@ RIVALS = {
     "trajectory_loss": [("the journal's equation 9, turning error not squared", journal_trajectory)],
     "adam_step": [("Adam epsilon-hat (Keras, old PyTorch)", adam_variant("epsilon-hat")),
                   ("Adam without bias correction (ONNX, T = 0)", adam_variant("no-bias-correction")), ("epsilon inside the root", epsilon_inside_the_root)],
+    **rivals_2016.RIVALS,
     **rivals_torresani.RIVALS,
 }

@@ -19,13 +19,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..storage import FormatError, atomic_write, plausible, read_arrays
+from ..storage import FormatError, atomic_write, is_special, plausible, read_arrays, read_bytes
 from .network import Params
 from .rows import NUMBERS, POINTS, POSITIONS, Normaliser
 
 ARRAYS = {"We": "L000_L001_W", "be": "L000_L002_b", "Wd": "L001_L002_W", "bd": "L001_L003_b"}
 MEAN, DEVIATION = "Xmean", "Xstd"
-LARGEST_ARRAY = 1 << 27                                          # bytes; theirs has 1.9 million
+LARGEST_ARRAY = 1 << 27                                          # bytes, and of a whole file; theirs has 3.7 million
 
 
 def read_network(path: str | Path) -> Params:
@@ -45,7 +45,7 @@ def read_network(path: str | Path) -> Params:
                           f"{(NUMBERS, hidden, width)}, the other way round than {ARRAYS['We']}")
     for name, size in (("be", hidden), ("bd", NUMBERS)):
         b = found[ARRAYS[name]]
-        if b.size != size or max(b.shape, default=1) != size:
+        if b.shape not in ((size, 1), (size,)):
             raise FormatError(f"{path}: found {ARRAYS[name]} of shape {b.shape}, needed ({size}, 1)")
     dtype = np.result_type(*found.values())
     found = {name: found[array].astype(dtype) for name, array in ARRAYS.items()}
@@ -97,8 +97,12 @@ def check_pair(normaliser: Normaliser, path: str | Path) -> None:
 
 def _arrays(path, names, kind):
     """These arrays of an `.npz` file, real and plausible, others left aside.   ->  {name: array}"""
+    if is_special(path) and not Path(path).is_dir():
+        raise FormatError(f"{path}: found a pipe or a device, needed {kind}, a file")
     try:
-        found = read_arrays(Path(path).read_bytes(), names=tuple(names), most=LARGEST_ARRAY)
+        found = read_arrays(read_bytes(path, LARGEST_ARRAY), names=tuple(names), most=LARGEST_ARRAY)
+    except FormatError:
+        raise
     except ValueError as error:
         raise FormatError(f"{path}: found something else or a damaged file ({error}), needed {kind}, "
                           f"an .npz file with {', '.join(names)}") from None

@@ -12,8 +12,8 @@ From the 2016 code (`search`) it has the noise, the second encoding, the means o
 - s = 0.003, not 0.1 / 1.1: a Gram matrix grows with the square of the hidden units, which this package's normaliser makes 2.4 times larger;
 - Adam's rate is 0.1 and falls to 0 in the second half of the steps. With the code's 0.01 a unit moves by 2.5 in 250 steps, less than hidden
   units of this size have to: begun at noise, the search has then only begun (it leaves 82 % of the style distance, this 17 %);
-- the constraints are the sums of equations 7 to 9, in which a foot weighs less than in training: at 0.01 it makes the legs shake, at
-  0.003 they slide as much as the content's do;
+- the constraints are the sums of equations 7 to 9, in which a foot weighs a tenth of what it does in training by norms: with that the
+  legs shake, with this feet slide little more than the content's do (15 against 12 cm/s), and `foot_ik` can lock them;
 - several exemplars count as one long one, and contacts are not among the numbers.
 """
 
@@ -31,7 +31,7 @@ from ..motion.dataset import to_scale
 from ..motion.features import FEATURES, VELOCITIES
 from .search import noise
 
-WEIGHTS = replace(TRAINING["norm"], foot=0.003)                  # of the constraints, for centimetres
+WEIGHTS = replace(TRAINING["norm"], foot=0.001)                  # of the constraints, for centimetres
 
 
 @dataclass(frozen=True)

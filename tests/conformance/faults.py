@@ -11,7 +11,7 @@ from refimpl.conformance.rivals import (adam_variant, epsilon_inside_the_root, f
                                         larger_half_left, mean_over, nan_ignored, read_as, tie_split_equally, tie_to_all, tie_to_the_last)
 from refimpl.holden2017 import losses
 from refimpl.motion.joints import BONES
-from tests.conformance import faults_torresani
+from tests.conformance import faults_2016, faults_torresani
 
 GOOD = reference().functions
 
@@ -228,7 +228,7 @@ FAULTS = (
     Fault("tied filters receive one gradient of two", "autoencoder_loss_backward", tied_filters_once),
     Fault("the second relu of T forgotten", "transform", lambda X, W1, b1, W2, b2, W3, b3: nn.conv1d(nn.conv1d(nn.relu(nn.conv1d(X, W1, b1)), W2, b2), W3, b3)),
     Fault("batch summed, not averaged", "total_loss_backward", lambda d, *arrays, **k: tuple(g * g.dtype.type(len(k["I"])) for g in GOOD["total_loss_backward"](d, *arrays, **k))),
-    *(Fault(*fault) for fault in faults_torresani.FAULTS),
+    *(Fault(*fault) for fault in faults_2016.FAULTS + faults_torresani.FAULTS),
 )
 
 
