@@ -16,7 +16,7 @@ from ..torresani2006.poses import clip_of, fit_body, fragment_of, size_ratio
 from ..torresani2006.regress import MODELS
 from ..torresani2006.segment import segment
 from ..torresani2006.synthesise import LOOKS, NEIGHBOURS, check_style, contents_of, observed_style, synthesise
-from . import holden
+from . import code_2016, holden
 from .options import InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole
 from .progress import Progress, table
 
@@ -43,6 +43,7 @@ def add_commands(commands):
     command = commands.add_parser("experiment", help="repeat a paper's experiments", description="Repeat a paper's experiments.")
     papers = command.add_subparsers(title="experiments", metavar="PAPER", required=True)
     holden.add_command(papers)
+    code_2016.add_command(papers)
     command = papers.add_parser(
         "torresani", help="Table 1 and Figure 1 of Torresani 2006, segmentation and synthesis measured",
         description="Table 1 and Figure 1 of Torresani 2006, beside the paper's numbers; how phrases are cut; whether a style asked for is seen.")

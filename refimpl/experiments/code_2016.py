@@ -1,0 +1,167 @@
+r"""What each statement of the 2016 code does: its style transfer with one statement changed at a time.
+
+Measured on the searched rows themselves, before they are brought onto a skeleton, in the network's
+own scale, and told beside the content. Lengths are in units of the 2016 code, of which a leg has
+14.8.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from .. import nn
+from ..holden2016 import bridge, losses, own, rows, search
+from ..holden2016.network import decode, encode, project
+from ..holden2017 import losses as losses_2017
+from ..holden2017.train import annealed
+from ..motion.features import Start, decode as world
+from ..motion.footing import jerk
+from ..motion.joints import FEET, JOINTS
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Way:
+    """The search with what may be changed of it.
+
+    scaled : G scaled to the content's frames;  noise : its deviation in normalised units, None for
+    the code's;  again : encoded again between the searches;  floor : the floor term;  tail : the last
+    seven rows replaced;  anneal : Adam's rate falling to 0;  start : "noise" or "content"
+    """
+
+    name: str
+    amount: float = search.AMOUNT
+    scaled: bool = False
+    noise: float | None = None
+    again: bool = True
+    epsilon: float = search.EPSILON
+    rate: float = search.RATE
+    anneal: bool = False
+    floor: bool = True
+    tail: bool = True
+    start: str = "noise"
+
+
+CODE = Way("as the code is")
+WAYS = (CODE, replace(CODE, name="G scaled to the content's frames", scaled=True),
+        replace(CODE, name="s = 0.003 / 1.003", amount=0.003),
+        replace(CODE, name="noise of deviation 1", noise=1.0),
+        replace(CODE, name="begun at the content", start="content"),
+        replace(CODE, name="not encoded again", again=False),
+        replace(CODE, name="Adam's epsilon 1e-8", epsilon=1e-8),
+        replace(CODE, name="no floor term", floor=False),
+        replace(CODE, name="velocities not replaced", tail=False),
+        replace(CODE, name="rate 0.1, annealed", rate=0.1, anneal=True),
+        replace(CODE, name="G scaled, rate 0.1, annealed", scaled=True, rate=0.1, anneal=True))
+OWN = "this package's own form"
+
+
+def carry_out(content: np.ndarray, style: np.ndarray, network: bridge.Network, way: Way,
+              seed: int = 0) -> np.ndarray:
+    """`search.transfer`, changed.   content : (T, 73), style : (T_s, 73), both even  ->  (T, 73)"""
+    p, normaliser = network.params, network.normaliser
+    dtype, one = p["We"].dtype, np.ones(1, p["We"].dtype)
+    C, S = (normaliser.apply(r)[None].astype(dtype) for r in (content, style))
+    H_content, H_style = encode(C, p), encode(S, p)
+    gram = nn.gram(H_style) * (H_content.shape[2] / H_style.shape[2] if way.scaled else 1.0)
+    rng = np.random.default_rng([seed, 4])
+    start = search.noise(rng, len(content)) if way.noise is None else way.noise * rng.standard_normal(C.shape)
+    H = H_content if way.start == "content" else encode(start.astype(dtype), p)
+    H = _minimise(H, lambda H: losses.search_loss_backward(one, H, H_content, gram.astype(dtype),
+                                                           amount=way.amount), search.ITERATIONS, way)
+    X = decode(H, p)
+    tail = search.tail(content, normaliser.undo(X[0]))
+    contacts, wanted = content[:, rows.CONTACTS].T[None].astype(dtype), tail[:, :3].T[None].astype(dtype)
+
+    def backward(H):
+        dH = search.constrained_loss_backward(one, H, p, normaliser, contacts, wanted)
+        return dH if way.floor else dH - _floor_backward(one, H, network)
+    H = _minimise(encode(X, p) if way.again else H, backward, search.CONSTRAINT_ITERATIONS,
+                  replace(way, rate=search.RATE, anneal=False))
+    result = normaliser.undo(decode(H, p)[0])
+    if way.tail:
+        result[:, rows.TRAJECTORY.start:] = tail
+    return result
+
+
+def _minimise(H: np.ndarray, backward: Callable, iterations: int, way: Way) -> np.ndarray:
+    params, state = {"H": H}, nn.adam_start({"H": H})
+    for step in range(1, iterations + 1):
+        rate = annealed(way.rate, step, iterations) if way.anneal else way.rate
+        params, state = nn.adam_step(params, {"H": backward(params["H"])}, state, rate=rate,
+                                     epsilon=way.epsilon)
+    return params["H"]
+
+
+def _floor_backward(one, H, network):
+    """The floor term's share of the constraints' gradient: all that feet cost where none is planted."""
+    p, normaliser = network.params, network.normaliser
+    deviation, mean = (a[:, None].astype(H.dtype) for a in (normaliser.deviation, normaliser.mean))
+    motion = decode(H, p) * deviation + mean
+    none = np.zeros((len(H), 4, motion.shape[2]), H.dtype)
+    dmotion = losses.foot_loss_backward(one / 3, motion, none)
+    return nn.avg_depool1d_backward(nn.conv_transpose1d(dmotion * deviation, p["Wd"]), H)
+
+
+def measure(result: np.ndarray, content: np.ndarray, style: np.ndarray, network: bridge.Network,
+            fps: float) -> Row:
+    """What there is to say about rows (T, 73) beside their content's.
+
+    *left*: distance of the Gram matrix a frame from the style's, the content's own = 1;  *excursion*:
+    how far the joints move about, *speed*, *jerk* at the recording's rate, over the content's;
+    *moved*: mean distance of a joint from the content's, and *sunk*: how deep the lower foot is under
+    the floor on average, both in units;  *bones*: mean relative change of a bone's length
+    """
+    def grams(r):
+        return nn.gram(encode(network.normaliser.apply(r)[None].astype(float), _wide(network)))[0] / (len(r) // 2)
+
+    def excursion(r):
+        return np.std(r[:, rows.POSITIONS], axis=0).sum()
+
+    def speed(r):
+        return np.linalg.norm(r[:, rows.VELOCITY], axis=1).mean()
+    wanted = grams(style)
+    left = [np.linalg.norm(grams(r) - wanted) for r in (result, content)]
+    points = [r[:, rows.POSITIONS].reshape(len(r), JOINTS, 3) for r in (result, content)]
+    jerks = [jerk(world(bridge.to_features(r), Start()), range(JOINTS), recorded=fps)
+             for r in (result, content)]
+    lengths = [np.stack([np.linalg.norm(p[:, a] - p[:, b], axis=-1) for a, b in losses_2017.BONES])
+               for p in points]
+    return {"left": left[0] / left[1], "excursion": excursion(result) / excursion(content),
+            "speed": speed(result) / max(speed(content), 1e-9), "jerk": jerks[0] / jerks[1],
+            "bones": float(np.mean(np.abs(lengths[0] / np.median(lengths[1], axis=1)[:, None] - 1))),
+            "moved": float(np.linalg.norm(points[0] - points[1], axis=-1).mean()),
+            "sunk": float(np.maximum(0, -points[0][:, FEET, 1].min(axis=1)).mean())}
+
+
+def own_form(content: np.ndarray, style: np.ndarray, network: bridge.Network, seed: int = 0) -> np.ndarray:
+    """The same with `own.optimise` on this network as a loss network of 2017.   ->  (T, 73)"""
+    moved = own.optimise(bridge.to_features(content), content[:, rows.CONTACTS],
+                         [bridge.to_features(style)], network.manifold(), seed=seed)
+    return bridge.to_rows(moved, content[:, rows.CONTACTS])
+
+
+def table(pairs: Sequence[tuple[str, np.ndarray, np.ndarray, float]], network: bridge.Network,
+          seed: int = 0) -> Iterator[Row]:
+    """Every way on every pair, beside the content itself and its projection.
+
+    pairs : (name, content (T, 73), style (T_s, 73), the content's frames a second), of which the
+    style's first 240 rows are taken   ->  yields a row for each
+    """
+    for name, content, style, fps in pairs:
+        style = style[:min(len(style) - len(style) % 2, rows.WINDOW)]
+        content = content[:len(content) - len(content) % 2]
+        X = network.normaliser.apply(content)[None].astype(network.params["We"].dtype)
+        results = {"the content itself": content,
+                   "the content, projected": network.normaliser.undo(project(X, network.params)[0])}
+        results.update((way.name, carry_out(content, style, network, way, seed)) for way in WAYS)
+        results[OWN] = own_form(content, style, network, seed)
+        for way, result in results.items():
+            yield {"way": way, "pair": name, **measure(result, content, style, network, fps)}
+
+
+def _wide(network):
+    return {name: array.astype(float) for name, array in network.params.items()}
