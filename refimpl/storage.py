@@ -201,7 +201,7 @@ def set_aside(path: str | Path) -> Path | None:
 
 def save_npz(path: str | Path, format_name: str, version: int, arrays: Mapping[str, Any],
              facts: Mapping[str, Any]) -> None:
-    """Write named arrays and a dict of plain facts (numbers, words, lists) as one `.npz` file, whole or not at all.
+    """Write named arrays and plain facts (numbers, words, lists) as one `.npz` file, whole or not at all.
 
     The same content gives the same bytes. Nothing in it is pickled, so that reading it can run no code.
     """
@@ -219,12 +219,10 @@ def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[
 
     needed : names of the arrays that must be there;  facts : {name: type} of the facts that must
     ->  ({name: array}, facts)
-    Raises FormatError (foreign, truncated, tampered with, of another format or a newer version,
-    something missing) or OSError. Memory grows with the file alone: nothing is unpickled or
-    decompressed, and an array that claims to be larger than its bytes is refused.
+    Raises FormatError (foreign, truncated, tampered with, of another format or version, something
+    missing) or OSError. Memory grows with the file alone: nothing is unpickled or decompressed.
     """
-    kind = f"a refimpl {format_name} file"
-    data = read_bytes(path, LARGEST_FILE)                        # an OSError of the disk is its own; what follows is about the content
+    kind, data = f"a refimpl {format_name} file", read_bytes(path, LARGEST_FILE)
     try:
         arrays = read_arrays(data)
         header = json.loads(str(arrays.pop("header")))
@@ -252,15 +250,14 @@ def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[
 
 def read_bytes(path: str | Path, most: int) -> bytes:
     """A file's bytes, or a pipe's.   Raises FormatError when there are more than `most`, OSError."""
-    too_many = FormatError(f"{path}: found more than {most} bytes, needed a file of at most that; is it one?")
     data = bytearray()
     with open(path, "rb") as file:
-        if os.fstat(file.fileno()).st_size > most:
-            raise too_many
-        while piece := file.read(1 << 20):
+        size = os.fstat(file.fileno()).st_size
+        while size <= most and (piece := file.read(1 << 20)):
             data += piece
-            if len(data) > most:
-                raise too_many
+            size = max(size, len(data))
+    if size > most:
+        raise FormatError(f"{path}: found more than {most} bytes, needed a file of at most that; is it one?")
     return bytes(data)
 
 
@@ -287,8 +284,8 @@ def read_arrays(data: bytes, *, names: Iterable[str] | None = None,
 
 
 def plausible(array: np.ndarray) -> bool:
-    """Whether all numbers are finite and of a size that motion, in whatever unit, or trained weights have."""
-    return bool((np.abs(array) <= LARGEST).all())                # NaN is not
+    """Whether all numbers are finite and of a size that motion or trained weights have; NaN is not."""
+    return bool((np.abs(array) <= LARGEST).all())
 
 
 def _is_fact(value, kind):

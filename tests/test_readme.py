@@ -21,7 +21,7 @@ def test_python_snippets_run(code):
 
 
 def test_commands_are_those_of_the_parser():
-    words = set(re.findall(r"^refimpl ([a-z-]+)", "\n".join(blocks("sh")), re.MULTILINE))
+    words = set(re.findall(r"^refimpl ([a-z0-9-]+)", "\n".join(blocks("sh")), re.MULTILINE))
     known = set(next(a for a in parser()._actions if a.choices and "demo" in a.choices).choices)
     assert words and words <= known
 

@@ -139,7 +139,7 @@ def _strip(path, motions, name):
     shown = {name: motions[name] for name in ("style", "content", *systems)} | {"2017": motions["2017, own pace"]}
     count = min(len(m) for m in shown.values())
     plot.save(plot.strip({label: m[:min(count, 180)] for label, m in shown.items()},
-                         title=f"{name}: style, content, {' and '.join(systems)}, and 2017 at its own pace"), path)
+                         title=f"{name}: style; content; {'; '.join(systems)}; 2017 at its own pace"), path)
 
 
 def _print(lines, by_style, speed, effect):

@@ -43,7 +43,8 @@ def add_commands(commands):
     group.add_argument("--preprocess", metavar="P.npz", type=InputPath, help="its normaliser, like the authors' preprocess_core.npz")
     group.add_argument("--form", choices=FORMS, help=f"of the search: this package's or the 2016 code's (default: {FORMS[0]})")
     group.add_argument("--weight-style", type=number(least=0, below=1), metavar="S",
-                       help=f"against 1 - S for the content (default: {own.Settings.style}, coded {search.AMOUNT:g} / {1 + search.AMOUNT:g})")
+                       help=f"against 1 - S for the content (default: {own.STYLE['groups']}; coded and with a network of 2016 "
+                            f"{search.AMOUNT:g} / {1 + search.AMOUNT:g})")
     group.add_argument("--start", choices=("noise", "content"), help=f"where the own search begins (default: {own.Settings.start})")
     group.add_argument("--iterations", type=whole(0), metavar="N", help=f"(default: {own.Settings.iterations})")
     group.add_argument("--seed", type=whole(0), metavar="N", help="of the noise (default: 0)")

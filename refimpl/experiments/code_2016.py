@@ -19,6 +19,7 @@ from ..holden2017.train import annealed
 from ..motion.features import Start, decode as world
 from ..motion.footing import jerk
 from ..motion.joints import FEET, JOINTS
+from ..motion.take import bone_lengths
 
 Row = dict[str, Any]
 
@@ -28,8 +29,9 @@ class Way:
     """The search with what may be changed of it.
 
     scaled : G scaled to the content's frames;  noise : its deviation in normalised units, None for
-    the code's;  again : encoded again between the searches;  floor : the floor term;  tail : the last
-    seven rows replaced;  anneal : Adam's rate falling to 0;  start : "noise" or "content"
+    the code's;  again : encoded again between the searches;  floor : the floor term;  own_bones : the
+    content's lengths for the code's;  tail : the last seven rows replaced;  anneal : Adam's rate
+    falling to 0;  start : "noise" or "content"
     """
 
     name: str
@@ -41,6 +43,7 @@ class Way:
     rate: float = search.RATE
     anneal: bool = False
     floor: bool = True
+    own_bones: bool = False
     tail: bool = True
     start: str = "noise"
 
@@ -53,15 +56,20 @@ WAYS = (CODE, replace(CODE, name="G scaled to the content's frames", scaled=True
         replace(CODE, name="not encoded again", again=False),
         replace(CODE, name="Adam's epsilon 1e-8", epsilon=1e-8),
         replace(CODE, name="no floor term", floor=False),
+        replace(CODE, name="bones of the content's length", own_bones=True),
         replace(CODE, name="velocities not replaced", tail=False),
         replace(CODE, name="rate 0.1, annealed", rate=0.1, anneal=True),
-        replace(CODE, name="G scaled, rate 0.1, annealed", scaled=True, rate=0.1, anneal=True))
+        replace(CODE, name="G scaled, rate 0.1, annealed, own bones", scaled=True, rate=0.1,
+                anneal=True, own_bones=True))
 OWN = "this package's own form"
 
 
 def carry_out(content: np.ndarray, style: np.ndarray, network: bridge.Network, way: Way,
-              seed: int = 0) -> np.ndarray:
-    """`search.transfer`, changed.   content : (T, 73), style : (T_s, 73), both even  ->  (T, 73)"""
+              seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """`search.transfer`, changed.
+
+    content : (T, 73), style : (T_s, 73), both even  ->  (T, 73) at the end and after the first search
+    """
     p, normaliser = network.params, network.normaliser
     dtype, one = p["We"].dtype, np.ones(1, p["We"].dtype)
     C, S = (normaliser.apply(r)[None].astype(dtype) for r in (content, style))
@@ -76,15 +84,16 @@ def carry_out(content: np.ndarray, style: np.ndarray, network: bridge.Network, w
     tail = search.tail(content, normaliser.undo(X[0]))
     contacts, wanted = content[:, rows.CONTACTS].T[None].astype(dtype), tail[:, :3].T[None].astype(dtype)
 
+    lengths = _lengths(content) if way.own_bones else losses.LENGTHS
+
     def backward(H):
-        dH = search.constrained_loss_backward(one, H, p, normaliser, contacts, wanted)
-        return dH if way.floor else dH - _floor_backward(one, H, network)
+        return _constraints_backward(H, network, contacts, wanted, lengths, way.floor)
     H = _minimise(encode(X, p) if way.again else H, backward, search.CONSTRAINT_ITERATIONS,
                   replace(way, rate=search.RATE, anneal=False))
     result = normaliser.undo(decode(H, p)[0])
     if way.tail:
         result[:, rows.TRAJECTORY.start:] = tail
-    return result
+    return result, normaliser.undo(X[0])
 
 
 def _minimise(H: np.ndarray, backward: Callable, iterations: int, way: Way) -> np.ndarray:
@@ -96,21 +105,35 @@ def _minimise(H: np.ndarray, backward: Callable, iterations: int, way: Way) -> n
     return params["H"]
 
 
-def _floor_backward(one, H, network):
-    """The floor term's share of the constraints' gradient: all that feet cost where none is planted."""
+def _constraints_backward(H, network, contacts, wanted, lengths, floor):
+    """`search.constrained_loss_backward` with other lengths of bones, or without the floor term."""
     p, normaliser = network.params, network.normaliser
+    third = np.full(len(H), 1 / 3, H.dtype)
     deviation, mean = (a[:, None].astype(H.dtype) for a in (normaliser.deviation, normaliser.mean))
     motion = decode(H, p) * deviation + mean
-    none = np.zeros((len(H), 4, motion.shape[2]), H.dtype)
-    dmotion = losses.foot_loss_backward(one / 3, motion, none)
+    dmotion = losses.foot_loss_backward(third, motion, contacts)
+    if not floor:                                                # all that feet cost where none is planted
+        dmotion -= losses.foot_loss_backward(third, motion, 0 * contacts)
+    share = third / (len(losses.BONES) * motion.shape[2])
+    dmotion += losses.as_66_backward(losses_2017.bone_loss_backward(
+        share, losses.as_66(motion), lengths, bones=losses.BONES), motion)
+    dmotion += losses.trajectory_loss_backward(third, motion, wanted)
     return nn.avg_depool1d_backward(nn.conv_transpose1d(dmotion * deviation, p["Wd"]), H)
 
 
-def measure(result: np.ndarray, content: np.ndarray, style: np.ndarray, network: bridge.Network,
-            fps: float) -> Row:
+def _lengths(content):
+    """Median length of each of the code's bones.   (T, 73)  ->  (20,)"""
+    points = content[:, rows.POSITIONS].reshape(len(content), JOINTS, 3)
+    return np.array([np.median(np.linalg.norm(points[:, a] - points[:, b], axis=-1))
+                     for a, b in losses.BONES])
+
+
+def measure(result: np.ndarray, styled: np.ndarray, content: np.ndarray, style: np.ndarray,
+            network: bridge.Network, fps: float) -> Row:
     """What there is to say about rows (T, 73) beside their content's.
 
-    *left*: distance of the Gram matrix a frame from the style's, the content's own = 1;  *excursion*:
+    *left*: distance of the Gram matrix a frame from the style's, the content's own = 1;  *first*: the
+    same of `styled`, the motion after the first search;  *excursion*:
     how far the joints move about, *speed*, *jerk* at the recording's rate, over the content's;
     *moved*: mean distance of a joint from the content's, and *sunk*: how deep the lower foot is under
     the floor on average, both in units;  *bones*: mean relative change of a bone's length
@@ -124,23 +147,27 @@ def measure(result: np.ndarray, content: np.ndarray, style: np.ndarray, network:
     def speed(r):
         return np.linalg.norm(r[:, rows.VELOCITY], axis=1).mean()
     wanted = grams(style)
-    left = [np.linalg.norm(grams(r) - wanted) for r in (result, content)]
+    left = [np.linalg.norm(grams(r) - wanted) for r in (result, styled, content)]
     points = [r[:, rows.POSITIONS].reshape(len(r), JOINTS, 3) for r in (result, content)]
     jerks = [jerk(world(bridge.to_features(r), Start()), range(JOINTS), recorded=fps)
              for r in (result, content)]
     lengths = [np.stack([np.linalg.norm(p[:, a] - p[:, b], axis=-1) for a, b in losses_2017.BONES])
                for p in points]
-    return {"left": left[0] / left[1], "excursion": excursion(result) / excursion(content),
+    return {"first": left[1] / left[2], "left": left[0] / left[2], "excursion": excursion(result) / excursion(content),
             "speed": speed(result) / max(speed(content), 1e-9), "jerk": jerks[0] / jerks[1],
             "bones": float(np.mean(np.abs(lengths[0] / np.median(lengths[1], axis=1)[:, None] - 1))),
             "moved": float(np.linalg.norm(points[0] - points[1], axis=-1).mean()),
             "sunk": float(np.maximum(0, -points[0][:, FEET, 1].min(axis=1)).mean())}
 
 
-def own_form(content: np.ndarray, style: np.ndarray, network: bridge.Network, seed: int = 0) -> np.ndarray:
-    """The same with `own.optimise` on this network as a loss network of 2017.   ->  (T, 73)"""
-    moved = own.optimise(bridge.to_features(content), content[:, rows.CONTACTS],
-                         [bridge.to_features(style)], network.manifold(), seed=seed)
+def own_form(content: np.ndarray, style: np.ndarray, network: bridge.Network, seed: int = 0, *,
+             first: bool = False) -> np.ndarray:
+    """The same with `own.optimise` on this network as a loss network of 2017, for the content's
+    bones.   first : without the second search   ->  (T, 73)"""
+    features = bridge.to_features(content)
+    settings = own.Settings(constraint_iterations=0) if first else own.Settings()
+    moved = own.optimise(features, content[:, rows.CONTACTS], [bridge.to_features(style)], network.manifold(),
+                         bones=bone_lengths(world(features, Start())), settings=settings, seed=seed)
     return bridge.to_rows(moved, content[:, rows.CONTACTS])
 
 
@@ -155,12 +182,12 @@ def table(pairs: Sequence[tuple[str, np.ndarray, np.ndarray, float]], network: b
         style = style[:min(len(style) - len(style) % 2, rows.WINDOW)]
         content = content[:len(content) - len(content) % 2]
         X = network.normaliser.apply(content)[None].astype(network.params["We"].dtype)
-        results = {"the content itself": content,
-                   "the content, projected": network.normaliser.undo(project(X, network.params)[0])}
+        projected = network.normaliser.undo(project(X, network.params)[0])
+        results = {"the content itself": (content, content), "the content, projected": (projected, projected)}
         results.update((way.name, carry_out(content, style, network, way, seed)) for way in WAYS)
-        results[OWN] = own_form(content, style, network, seed)
-        for way, result in results.items():
-            yield {"way": way, "pair": name, **measure(result, content, style, network, fps)}
+        results[OWN] = own_form(content, style, network, seed), own_form(content, style, network, seed, first=True)
+        for way, both in results.items():
+            yield {"way": way, "pair": name, **measure(*both, content, style, network, fps)}
 
 
 def _wide(network):

@@ -165,7 +165,8 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
 
     Both are brought to the network's size and made rows of by `rows.encode`: the code's floor, facing
     and contacts. The content is the whole take, not four windows; the style the first window of 240
-    rows, padded where it is shorter.
+    rows, padded where it is shorter. The code's floor, under which it lets no foot go, comes to the
+    take's; it lies up to 0.69 units above the content's lowest toe.
 
     style : (T_s, 21, 3), points of a clip in the style at 60 frames a second, y up, in any unit;
     clean : lock the feet (`transfer.onto_skeleton`), which the code does not;  seed : of the noise
@@ -186,14 +187,7 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
     if len(moved) < len(take.features):                          # a row leads to the next frame: the last has none
         moved = np.concatenate([moved, moved[-1:]])
     moved = f66.scale(moved[:len(take.features)], 1 / sizes[0])
-    floor = rows.floor_height(take.positions * sizes[0]) / sizes[0]
-    moved[:, _heights()] += floor - take.start.floor      # each floor is its own
     return onto_skeleton(take, moved, clean=clean)
-
-
-def _heights():
-    """Which of the 66 numbers are heights of joints."""
-    return range(f66.POSITIONS.start + 1, f66.POSITIONS.stop, 3)
 
 
 def _even(frames):

@@ -9,7 +9,8 @@ From the 2016 code (`search`) it has the noise, the second encoding, the means o
 
 - G is the style's Gram matrix scaled to the content's frames (`losses.style_target`): the code asks for half the energy of a style
   window of half its length, and damps the motion;
-- s = 0.003, not 0.1 / 1.1: a Gram matrix grows with the square of the hidden units, which this package's normaliser makes 2.4 times larger;
+- s = 0.003, not 0.1 / 1.1: its square grows with the fourth power of the hidden units, which this package's usual normaliser makes 2.4
+  times larger (2.4^4 = 33); with the 2016 normaliser it is the code's;
 - Adam's rate is 0.1 and falls to 0 in the second half of the steps. With the code's 0.01 a unit moves by 2.5 in 250 steps, less than hidden
   units of this size have to: begun at noise, the search has then only begun (it leaves 82 % of the style distance, this 17 %);
 - the constraints are the sums of equations 7 to 9, in which a foot weighs a tenth of what it does in training by norms: with that the
@@ -29,16 +30,18 @@ from ..holden2017.train import annealed
 from ..holden2017.transfer import onto_skeleton
 from ..motion.dataset import to_scale
 from ..motion.features import FEATURES, VELOCITIES
-from .search import noise
+from ..motion.take import bone_lengths
+from .search import AMOUNT, noise
 
+STYLE = {"groups": 0.003, "2016": AMOUNT / (1 + AMOUNT)}          # s by the normaliser's form
 WEIGHTS = replace(TRAINING["norm"], foot=0.001)                  # of the constraints, for centimetres
 
 
 @dataclass(frozen=True)
 class Settings:
-    """s against c = 1 - s;  start : "noise" or "content";  iterations and first rate of Adam, of both searches.   Raises ValueError."""
+    """style : s against c = 1 - s, that of STYLE unless given;  start : "noise" or "content";  iterations and first rate of Adam, of both searches.   Raises ValueError."""
 
-    style: float = 0.003
+    style: float | None = None
     start: str = "noise"
     iterations: int = 250
     rate: float = 0.1
@@ -46,7 +49,7 @@ class Settings:
     constraint_rate: float = 0.01
 
     def __post_init__(self):
-        if not 0 <= self.style <= 1:
+        if self.style is not None and not 0 <= self.style <= 1:
             raise ValueError(f"style: found {self.style}, needed a share from 0 to 1")
         if self.start not in ("noise", "content"):
             raise ValueError(f"start: found {self.start!r}, needed noise or content")
@@ -92,16 +95,17 @@ def minimise(H, backward, iterations, rate):
     return params["H"]
 
 
-def optimise(features, contacts, exemplars, manifold, *, settings=Settings(), weights=None, seed=0):
+def optimise(features, contacts, exemplars, manifold, *, bones=None, settings=Settings(), weights=None, seed=0):
     """Content features in the style of the exemplars, all on the manifold's scale.
 
-    features : (T, 66);  contacts : (T, 4);  exemplars : list of (T_e, 66);  weights : of the constraints, for the manifold's unit,
+    features : (T, 66);  contacts : (T, 4);  exemplars : list of (T_e, 66);  bones : (20,) lengths to keep, the manifold's unless given;  weights : of the constraints, for the manifold's unit,
     WEIGHTS unless given;  seed : of the noise   ->  (T, 66).   Raises ValueError.
     """
     if not exemplars:
         raise ValueError("exemplars: found none, needed at least one clip in the style")
     params, normaliser = manifold.params, manifold.normaliser
     weights = weights or WEIGHTS.fitted(manifold.leg)
+    s = STYLE[normaliser.form] if settings.style is None else settings.style
     even = np.concatenate([features, features[-1:]]) if len(features) % 2 else features
     planted = np.concatenate([contacts, contacts[-1:]]) if len(features) % 2 else contacts
     X = manifold.network_input(even)
@@ -112,11 +116,11 @@ def optimise(features, contacts, exemplars, manifold, *, settings=Settings(), we
     if settings.start == "noise":
         start = encode(noise(np.random.default_rng([seed, 4]), X.shape[2], FEATURES).astype(X.dtype), params)
 
-    H = minimise(start, lambda H: hidden_loss_backward(one, H, content, gram, style=settings.style),
+    H = minimise(start, lambda H: hidden_loss_backward(one, H, content, gram, style=s),
                  settings.iterations, settings.rate)
     styled = decode(H, params)
     path = walked_as(even[:, VELOCITIES], manifold.motion(styled)[:, VELOCITIES])
-    target = Target(None, None, planted.T[None].astype(X.dtype), manifold.bones, path.T[None].astype(X.dtype))
+    target = Target(None, None, planted.T[None].astype(X.dtype), manifold.bones if bones is None else bones, path.T[None].astype(X.dtype))
     H = minimise(encode(styled, params), lambda H: decoded_loss_backward(one, H, target, params, normaliser.mean, normaliser.deviation, weights),
                  settings.constraint_iterations, settings.constraint_rate)
     moved = manifold.motion(decode(H, params))
@@ -136,7 +140,11 @@ def pairs(features):
 
 
 def transfer(take, exemplars, manifold, *, clean=True, settings=Settings(), weights=None, seed=0):
-    """Stylise a take by optimisation.   Take, list of Take in the style, Manifold  ->  `transfer.Stylised`.   clean : see `transfer.onto_skeleton`"""
+    """Stylise a take by optimisation; its bones keep their own lengths.
+
+    Take, list of Take in the style, Manifold;  clean : see `transfer.onto_skeleton`   ->  `transfer.Stylised`
+    """
+    size = manifold.leg / take.leg
     moved = optimise(to_scale(take.features, take.leg, manifold.leg), take.contacts, [to_scale(e.features, e.leg, manifold.leg) for e in exemplars],
-                     manifold, settings=settings, weights=weights, seed=seed)
+                     manifold, bones=bone_lengths(take.positions) * size, settings=settings, weights=weights, seed=seed)
     return onto_skeleton(take, to_scale(moved, manifold.leg, take.leg), clean=clean)

@@ -10,7 +10,7 @@ r"""The style transfer of the 2016 code (`demo_style_transfer.py`, `constrain`),
    content's contacts and the tail's path.
 7. L+(H); the last seven rows become the tail. There is no clean-up of the feet.
 
-Neither paper tells 2, the size of the noise in 3, the epsilon in 4, 6's second encoding, or 7.
+The paper of 2017 tells none of these numbers and steps; `docs/code_of_2016.md` has what each is worth.
 """
 
 from collections.abc import Callable
