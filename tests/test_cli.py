@@ -316,3 +316,13 @@ def test_a_network_of_2016_takes_its_own_options(of_2016, models, folder, tmp_pa
     more = [word.format(*of_2016, **names) for word in more]
     run = ["transfer", "--method", "optimise", "--content", str(folder / "walk_normal_1.bvh"), "--style", str(names["s"]), "-o", str(tmp_path / "out.bvh")]
     assert main([*run, *more]) == 2 and words in capsys.readouterr().err and not (tmp_path / "out.bvh").exists()
+
+
+def test_a_style_learns_on_a_network_of_2016(of_2016, models, folder, tmp_path, capsys):
+    style, out = str(tmp_path / "old.npz"), tmp_path / "out.bvh"
+    assert main(["train-style", str(models / "motions.npz"), of_2016[0], "--preprocess", of_2016[1], "--style", "old", "-o", style, "--epochs", "1",
+                 "--channels", "4", "--width", "5"]) == 0
+    assert set(load_style(style).manifold.params) == {"W0", "b0", "V0", "c0"}
+    assert main(["transfer", style, str(folder / "walk_normal_1.bvh"), "-o", str(out)]) == 0 and out.exists()
+    assert main(["train-style", str(models / "motions.npz"), of_2016[0], "--style", "old", "-o", style]) == 2
+    assert "needed a refimpl manifold file" in capsys.readouterr().err

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..holden2016 import bridge
 from ..holden2017.measure import held_out_distances
 from ..holden2017.checkpoint import fingerprint, load_checkpoint, save_checkpoint
 from ..holden2017.lesson import make_lesson, normalised_windows
@@ -42,7 +43,9 @@ def add_commands(commands):
     style = commands.add_parser("train-style", help="train a style (equation 10)",
                                 description="Train the transformation network for one style, equations 4 to 10.")
     style.add_argument("motions", metavar="MOTIONS.npz", type=InputPath, help="what `refimpl prepare` wrote")
-    style.add_argument("manifold", metavar="MANIFOLD.npz", type=InputPath, help="what `refimpl train-autoencoder` wrote")
+    style.add_argument("manifold", metavar="MANIFOLD.npz", type=InputPath, help="what `refimpl train-autoencoder` wrote, or with --preprocess a network of 2016")
+    style.add_argument("--preprocess", metavar="P.npz", type=InputPath, help="the normaliser of a network of 2016 (the authors' two files, or `refimpl train-2016`'s), "
+                       "which then is the loss network, with contacts at their mean")
     style.add_argument("--style", required=True, metavar="NAME", help="the label of the style's exemplar clips")
     style.add_argument("-o", "--output", metavar="STYLE.npz", type=OutputPath, required=True)
     training_options(style, epochs=100, rate=RATE)
@@ -102,7 +105,8 @@ def run_autoencoder(arguments):
 
 
 def run_style(arguments):
-    dataset, manifold = load_dataset(arguments.motions), load_manifold(arguments.manifold)
+    dataset = load_dataset(arguments.motions)
+    manifold = bridge.read(arguments.manifold, arguments.preprocess).manifold() if arguments.preprocess else load_manifold(arguments.manifold)
     chosen = {name: getattr(arguments, f"weight_{name}") for name in WEIGHED}
     weights = replace(WEIGHTS[arguments.reading], **{name: value for name, value in chosen.items() if value is not None})
     lesson, held_out, exemplars = make_lesson(
