@@ -10,8 +10,8 @@ import inspect
 
 import numpy as np
 
-from .nn.gradcheck import Row, check_gradient, upstream
-from .nn.errors import GradientError, describe
+from .gradcheck.gradient import Row, check_gradient, upstream
+from .gradcheck.errors import GradientError, describe
 
 TOLERANCE = 1e-10                                                # against the package's own function, relative to the largest element
 

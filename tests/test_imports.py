@@ -13,19 +13,19 @@ ROOT = Path(refimpl.__file__).parent
 # What each room may import from refimpl, besides itself. Rooms are folders or modules directly below refimpl/.
 MAY_IMPORT = {
     "storage": set(),
-    "motion": {"storage"},
     "nn": set(),
-    "holden2017": {"storage", "motion", "nn"},
-    "holden2016": {"storage", "motion", "nn", "holden2017"},
-    "torresani2006": {"storage", "motion", "nn"},
-    "conformance": {"storage", "motion", "nn", "holden2016", "holden2017", "torresani2006"},
-    "experiments": {"motion", "nn", "holden2016", "holden2017"},
-    "exercise": {"nn"},
-    "plot": {"storage", "motion"},
-    "animate": {"storage", "motion", "plot"},
-    "bench": {"motion", "nn", "holden2017"},
-    "bench_torch": set(),
-    "commands": {"bench", "bench_torch", "storage", "motion", "nn", "holden2016", "holden2017", "torresani2006", "conformance", "experiments", "plot", "animate"},
+    "gradcheck": set(),
+    "motion": {"storage"},
+    "embedded": {"motion"},
+    "holden2017": {"storage", "nn", "motion", "embedded"},
+    "holden2016": {"storage", "nn", "motion", "embedded", "holden2017"},
+    "torresani2006": {"storage", "nn", "motion", "embedded"},
+    "conformance": {"storage", "nn", "gradcheck", "motion", "holden2017", "holden2016", "torresani2006"},
+    "experiments": {"storage", "nn", "motion", "embedded", "holden2017", "holden2016", "torresani2006"},
+    "pictures": {"storage", "motion"},
+    "exercise": {"nn", "gradcheck"},
+    "commands": {"storage", "nn", "gradcheck", "motion", "embedded", "holden2017", "holden2016",
+                 "torresani2006", "conformance", "experiments", "pictures"},
     "blas": set(),
     "cli": {"commands", "blas", "storage"},
     "__main__": {"cli"},
@@ -58,8 +58,8 @@ def test_imports_point_downwards(path):
     room = path.relative_to(ROOT).parts[0].removesuffix(".py")
     inside, outside = imported_rooms(path)
     assert inside - {room, "__version__"} <= MAY_IMPORT[room]
-    allowed = set(sys.stdlib_module_names) | {"numpy", "scipy"} | ({"matplotlib"} if room in ("plot", "animate") else set())
-    if room == "bench_torch":                                    # imported by `refimpl bench` alone, where PyTorch is installed
+    allowed = set(sys.stdlib_module_names) | {"numpy", "scipy"} | ({"matplotlib"} if room == "pictures" else set())
+    if path.name == "peer_torch.py":                             # imported by `refimpl bench` alone, where PyTorch is installed
         allowed |= {"torch"}
     if path.name == "strategies.py":                             # imported by name only, by who writes property tests
         allowed |= {"hypothesis"}

@@ -12,7 +12,8 @@ import pytest
 
 from refimpl.cli import main
 from refimpl.holden2017 import checkpoint
-from refimpl.motion import bvh, synthetic
+from refimpl.motion import bvh
+from refimpl.embedded import walkers as synthetic
 from refimpl.storage import OutputError, atomic_write, check_outputs, protected, save_npz, set_aside
 
 TINY = ["--epochs", "1", "--width", "9", "--batch", "4"]

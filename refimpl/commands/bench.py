@@ -7,7 +7,7 @@ import platform
 
 import numpy as np
 
-from .. import bench
+from ..experiments import speed as bench
 from ..storage import atomic_write
 from .options import OutputPath, number
 from .progress import table
@@ -57,8 +57,8 @@ def _peer():
     """The PyTorch side and its version, or None twice."""
     if importlib.util.find_spec("torch") is None:
         return None, None
-    from .. import bench_torch
-    return bench_torch, bench_torch.torch.__version__
+    from ..experiments import peer_torch
+    return peer_torch, peer_torch.torch.__version__
 
 
 def _told(rows):

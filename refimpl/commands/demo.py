@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from ..holden2017.lesson import make_lesson, normalised_windows
-from ..holden2017.measure import held_out_distances
+from ..experiments.measures import held_out_distances
 from ..holden2017.model import Manifold, Style, save_manifold, save_style
 from ..holden2017.total import Weights
 from ..holden2017.train import train_autoencoder, train_style
@@ -16,7 +16,7 @@ from ..motion.bvh import write_bvh
 from ..motion.dataset import assemble, save_dataset
 from ..motion.features import path_error, path_length
 from ..motion.prepare import fit_normaliser
-from ..motion.synthetic import STYLES, make_database
+from ..embedded.walkers import STYLES, make_database
 from ..motion.take import make_take
 from ..storage import atomic_write
 from .options import OutputFolder, there_already, whole
@@ -105,7 +105,7 @@ def _follow(epochs, total):
 
 
 def _pictures(out, style, content, result, records):
-    from .. import animate, plot
+    from ..pictures import player as animate, plot
     motions = {"style": style, "content": content, "result": result}
     plot.save(plot.strip(motions), out / "figure3.png")
     animate.animation_html(motions, 60.0, out / "animation.html")

@@ -134,7 +134,7 @@ def _style_rows(dataset, style, contents, judges, arguments, paths, progress, ne
 
 def _strip(path, motions, name):
     """As figures 3 and 4: the style, the content and what each system made of it."""
-    from .. import plot
+    from ..pictures import plot
     systems = [system for system in (evaluate.CODED, evaluate.OWN) if system in motions]
     shown = {name: motions[name] for name in ("style", "content", *systems)} | {"2017": motions["2017, own pace"]}
     count = min(len(m) for m in shown.values())

@@ -8,7 +8,7 @@ import re
 from ..experiments import holden
 from ..holden2017.total import WEIGHTS
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
-from ..motion.synthetic import make_database
+from ..embedded.walkers import make_database
 from ..motion.take import make_take, read_take
 from .options import InputFolder, OutputPath, pattern, whole, write_report
 from .progress import Progress, table

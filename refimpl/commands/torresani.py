@@ -9,7 +9,8 @@ import numpy as np
 from ..motion.bvh import read_bvh, write_bvh
 from ..motion.dataset import PATTERN
 from ..storage import atomic_write
-from ..torresani2006 import experiment, performers
+from ..experiments import torresani as experiment
+from ..embedded import performers
 from ..torresani2006.database import embedded_database, read_database, train
 from ..torresani2006.observe import EFFORTS
 from ..torresani2006.poses import clip_of, fit_body, fragment_of, size_ratio
@@ -190,7 +191,7 @@ def _figure_1(out, database, figures):
 
 def _draw(path, names, curves):
     """Three panels, one an effort, as in Figure 1: what f predicts, the straight line, and what the computed observer sees."""
-    from .. import plot
+    from ..pictures import plot
     figure = plot.Picture(figsize=(11.0, 4.2), dpi=plot.DPI, layout="constrained")
     for n, (axes, effort, poles) in enumerate(zip(figure.subplots(1, 3, sharey=True), EFFORTS, POLES)):
         axes.axvspan(0, 1, color="#f2f2f2", zorder=0)

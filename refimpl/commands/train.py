@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..holden2016 import bridge
-from ..holden2017.measure import held_out_distances
+from ..experiments.measures import held_out_distances
 from ..holden2017.checkpoint import fingerprint, load_checkpoint, save_checkpoint
 from ..holden2017.lesson import make_lesson, normalised_windows
 from ..holden2017.networks import init_loss_network, init_transformation_network
@@ -155,7 +155,7 @@ def follow(arguments, run, like, keys, epochs):
             save_checkpoint(checkpoint, state, records, run)
             progress.step(epoch_line(record))
     if arguments.curves:
-        from .. import plot
+        from ..pictures import plot
         plot.save(plot.curves([{"epoch": r.epoch, **r.losses} for r in records], keys), arguments.curves)
     return state.params
 

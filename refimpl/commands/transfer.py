@@ -128,7 +128,7 @@ def _check_method(arguments):
 
 def draw(content, result, picture, animation, unit):
     """The picture and the animation of a transfer."""
-    from .. import animate, plot
+    from ..pictures import player as animate, plot
     motions = {"content": content, "result": result.positions}
     if picture:
         plot.save(plot.strip(motions, unit=unit), picture)

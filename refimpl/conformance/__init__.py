@@ -3,7 +3,7 @@
 - `record`: what the kit knows of an operation.   `operations_nn`, `operations_holden`: the records, with their inputs.
 - `definitions`: everything a second time, in loops.   `rivals`: conventions that others follow.
 - `cases`: what is tried.   `backend`: who is tried.   `judge`: the verdict.   `report`: for people and for machines.
-- `prove`: the reference against its second derivation and the instruments of `nn.gradcheck`.
+- `prove`: the reference against its second derivation and the instruments of `gradcheck`.
 - `golden`: inputs and outputs as files for readers without Python.
 - `strategies`: hypothesis strategies of valid inputs (imported by name only; needs hypothesis).
 """

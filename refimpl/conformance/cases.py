@@ -9,7 +9,7 @@ import zlib
 
 import numpy as np
 
-from ..nn.contract import LAYOUTS
+from ..gradcheck.contract import LAYOUTS
 from . import operations_2016, operations_holden, operations_nn, operations_torresani
 from .backend import as_backend, ask, meant
 from .record import Operation, as_tuple, cast, relative_difference

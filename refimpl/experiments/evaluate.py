@@ -10,8 +10,8 @@ import numpy as np
 
 from ..holden2016 import bridge, rows, search
 from ..holden2016.own import Settings, optimise
-from ..holden2017.judges import fit_judge, frechet_distance, gram_vectors, joint_vectors
-from ..holden2017.measure import content_distance, style_distance
+from .classifiers import fit_judge, frechet_distance, gram_vectors, joint_vectors
+from .measures import content_distance, style_distance
 from ..holden2017.transfer import onto_skeleton, project_features, stylise, transfer
 from ..motion.bvh import write_bvh
 from ..motion.dataset import to_scale

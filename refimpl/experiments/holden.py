@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from ..holden2017.judges import Judge, fit_judge, joint_vectors
+from .classifiers import Judge, fit_judge, joint_vectors
 from ..holden2017.lesson import Lesson, make_lesson, normalised_windows
-from ..holden2017.measure import style_distance
+from .measures import style_distance
 from ..holden2017.model import Manifold, Style
 from ..holden2017.total import Weights
 from ..holden2017.train import train_autoencoder, train_style

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..motion.bvh import read_bvh
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
-from . import performers
+from ..embedded import performers
 from .align import HIGHEST, LOWEST, all_pairs, clusters, interpolate, threshold_for
 from .observe import Observer, fit_observer, observe, read_labels
 from .poses import FPS, Body, fit_body, fragment_of

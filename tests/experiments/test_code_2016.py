@@ -11,7 +11,7 @@ from refimpl.experiments import code_2016 as experiment
 from refimpl.holden2016 import bridge, files, losses, network, rows, search
 from refimpl.motion.dataset import save_dataset
 from refimpl.motion.dataset import assemble
-from refimpl.motion.synthetic import make_database
+from refimpl.embedded.walkers import make_database
 from refimpl.motion.take import make_take
 
 

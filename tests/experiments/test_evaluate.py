@@ -7,13 +7,14 @@ import pytest
 
 from refimpl.experiments import evaluate
 from refimpl.holden2016 import bridge, network, rows
-from refimpl.holden2017 import judges, networks
+from refimpl.experiments import classifiers as judges
+from refimpl.holden2017 import networks
 from refimpl.holden2017.model import Manifold, Style
 from refimpl.motion.dataset import assemble
 from refimpl.motion.features import POSITIONS
 from refimpl.motion.joints import FEET
 from refimpl.motion.prepare import fit_normaliser
-from refimpl.motion.synthetic import make_database
+from refimpl.embedded.walkers import make_database
 from refimpl.motion.take import make_take
 
 

@@ -14,7 +14,7 @@ from refimpl.holden2017.model import Manifold, Style, load_style, save_style
 from refimpl.holden2017.stylist import Stylist
 from refimpl.holden2017.total import Target, motion_losses, motion_losses_backward
 from refimpl.motion import features as F
-from refimpl.motion.synthetic import make_clip
+from refimpl.embedded.walkers import make_clip
 from refimpl.motion.take import make_take
 from refimpl.storage import FormatError
 

@@ -6,13 +6,14 @@ import pytest
 from refimpl import nn
 from refimpl.holden2016 import own
 from refimpl.holden2016.own import Settings
-from refimpl.holden2017 import measure, networks, total
+from refimpl.experiments import measures as measure
+from refimpl.holden2017 import networks, total
 from refimpl.holden2017.model import Manifold
 from refimpl.holden2017.train import annealed
 from refimpl.motion.features import VELOCITIES
 from refimpl.motion.joints import BONES
 from refimpl.motion.prepare import fit_normaliser
-from refimpl.motion.synthetic import make_clip
+from refimpl.embedded.walkers import make_clip
 from refimpl.motion.take import bone_lengths, make_take
 
 

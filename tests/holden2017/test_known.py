@@ -11,7 +11,7 @@ from refimpl.holden2017.model import Manifold, Style, load_style, save_style
 from refimpl.holden2017.transfer import transfer
 from refimpl.motion.features import SIDEWAYS, path_error, path_length
 from refimpl.motion.prepare import fit_normaliser
-from refimpl.motion.synthetic import make_clip, make_database
+from refimpl.embedded.walkers import make_clip, make_database
 from refimpl.motion.take import bone_lengths, make_take
 
 

@@ -10,7 +10,7 @@ from refimpl.motion import bvh, joints
 from refimpl.motion.bvh import Clip, Joint
 from refimpl.motion.footing import floor_penetration, foot_skate, pace
 from refimpl.motion.prepare import fit_normaliser
-from refimpl.motion.synthetic import make_clip
+from refimpl.embedded.walkers import make_clip
 from refimpl.motion.take import bone_lengths, make_take, read_take
 
 

@@ -16,7 +16,8 @@ import traceback
 import numpy as np
 
 from refimpl.holden2017.model import load_manifold, load_style, save_manifold, save_style, Manifold, Style
-from refimpl.motion import bvh, synthetic
+from refimpl.motion import bvh
+from refimpl.embedded import walkers as synthetic
 from refimpl.motion.bvh import BVHError
 from refimpl.motion.dataset import LabelError, assemble, labels_from_file, load_dataset, save_dataset
 from refimpl.motion.features import FEATURES

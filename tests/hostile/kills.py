@@ -10,7 +10,8 @@ import tempfile
 
 from refimpl.holden2017.checkpoint import VERSION
 from refimpl.holden2017.model import load_manifold, load_style
-from refimpl.motion import bvh, synthetic
+from refimpl.motion import bvh
+from refimpl.embedded import walkers as synthetic
 from refimpl.storage import FormatError, load_npz
 
 AUTOENCODER = ["--hidden", "16", "--width", "9", "--batch", "2"]

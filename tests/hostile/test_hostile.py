@@ -16,7 +16,8 @@ import refimpl
 from refimpl.cli import main
 from refimpl.holden2017.checkpoint import fingerprint, load_checkpoint, save_checkpoint
 from refimpl.holden2017.train import Record, State, start_state
-from refimpl.motion import bvh, synthetic
+from refimpl.motion import bvh
+from refimpl.embedded import walkers as synthetic
 from refimpl.motion.bvh import BVHError
 from refimpl.storage import FormatError, atomic_write, load_npz, save_npz
 from tests.hostile.fuzz import campaign, made_clips

@@ -4,7 +4,8 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
-from refimpl.motion import bvh, synthetic
+from refimpl.motion import bvh
+from refimpl.embedded import walkers as synthetic
 from refimpl.motion.bvh import BVHError, Clip, Joint
 
 SMALL = """HIERARCHY

@@ -7,7 +7,7 @@ import pytest
 from refimpl.motion import foot_ik
 from refimpl.motion.footing import floor_penetration, foot_skate, jerk
 from refimpl.motion.joints import BONES, FEET, LEGS, SLOT
-from refimpl.motion.synthetic import make_clip
+from refimpl.embedded.walkers import make_clip
 from refimpl.motion.take import make_take
 
 

@@ -6,7 +6,7 @@ import pytest
 from refimpl.motion import footing
 from refimpl.motion.features import TRANSLATION
 from refimpl.motion.joints import FEET, JOINTS
-from refimpl.motion.synthetic import make_clip
+from refimpl.embedded.walkers import make_clip
 from refimpl.motion.take import make_take
 
 

@@ -6,7 +6,8 @@ import multiprocessing
 import numpy as np
 import pytest
 
-from refimpl.motion import bvh, dataset, synthetic
+from refimpl.motion import bvh, dataset
+from refimpl.embedded import walkers as synthetic
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import pytest
 
 from refimpl.motion import rotation, skeleton
 from refimpl.motion.footing import jerk
-from refimpl.motion.synthetic import make_clip
+from refimpl.embedded.walkers import make_clip
 from refimpl.motion.take import make_take
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from refimpl.motion import bvh, features, joints, retarget, skeleton, synthetic
+from refimpl.motion import bvh, features, joints, retarget, skeleton
+from refimpl.embedded import walkers as synthetic
 from refimpl.motion.bvh import Clip, Joint
 from refimpl.motion.take import bone_lengths, guess_unit, make_take, read_take, standing_height
 

@@ -5,9 +5,9 @@ import pytest
 
 from refimpl import nn
 from refimpl.exercise import attempt
-from refimpl.motion import sample
+from refimpl.embedded import sample
 from refimpl.motion.bvh import write_bvh
-from refimpl.motion.synthetic import make_clip
+from refimpl.embedded.walkers import make_clip
 
 RNG = np.random.default_rng(0)
 X, W, B = RNG.normal(size=(2, 3, 8)), RNG.normal(size=(4, 3, 5)), RNG.normal(size=4)

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from refimpl.torresani2006 import align, performers, poses
+from refimpl.torresani2006 import align, poses
+from refimpl.embedded import performers
 
 
 def random_pair(seed, longest=6):

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from refimpl.torresani2006 import observe, performers, poses
+from refimpl.torresani2006 import observe, poses
+from refimpl.embedded import performers
 from refimpl.torresani2006.observe import read_labels
 
 HEADER = "clip,start,end,flow,weight,time\n"

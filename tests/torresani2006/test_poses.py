@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from refimpl.motion import bvh, rotation, synthetic
+from refimpl.motion import bvh, rotation
+from refimpl.embedded import walkers as synthetic
 from refimpl.motion.clip import Clip, Joint
 from refimpl.motion.skeleton import forward_kinematics, local_pose
-from refimpl.torresani2006 import performers, poses
+from refimpl.embedded import performers
+from refimpl.torresani2006 import poses
 
 TURN = ("Zrotation", "Xrotation", "Yrotation")
 PLACE = ("Xposition", "Yposition", "Zposition")

@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from refimpl.torresani2006 import align, experiment, performers, poses
+from refimpl.torresani2006 import align, poses
+from refimpl.experiments import torresani as experiment
+from refimpl.embedded import performers
 from refimpl.torresani2006.segment import SegmentError, segment
 
 

@@ -12,7 +12,9 @@ from refimpl.commands import torresani
 from refimpl.motion import bvh
 from refimpl.motion.skeleton import local_pose
 from refimpl.torresani2006 import database as databases
-from refimpl.torresani2006 import experiment, performers, poses, regress, segment, synthesise
+from refimpl.experiments import torresani as experiment
+from refimpl.embedded import performers
+from refimpl.torresani2006 import poses, regress, segment, synthesise
 
 
 @pytest.fixture(scope="module")

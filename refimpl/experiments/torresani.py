@@ -11,13 +11,14 @@ import os
 import numpy as np
 
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
-from ..motion.sample import BANDAI
-from .align import HIGHEST, LOWEST, interpolate, read_at
-from .database import Database, blend_inputs, coefficients, embedded_database, random_blends, read_database, without
-from .observe import EFFORTS, observe
-from .regress import MODELS, fit_model, fit_pca, predict
-from .segment import segment
-from .synthesise import contents_of, join, observed_style, restyle
+from ..embedded.sample import BANDAI
+from ..torresani2006.align import HIGHEST, LOWEST, interpolate, read_at
+from ..torresani2006.database import (Database, blend_inputs, coefficients, embedded_database,
+                                      random_blends, read_database, without)
+from ..torresani2006.observe import EFFORTS, observe
+from ..torresani2006.regress import MODELS, fit_model, fit_pca, predict
+from ..torresani2006.segment import segment
+from ..torresani2006.synthesise import contents_of, join, observed_style, restyle
 
 ACTIONS, PERFORMERS, BLENDS, TRAINING, SPLITS = 5, 12, 105, 85, 500
 PUBLISHED = {"linear interpolation": (0.65, 0.97, 1.01), "linear ridge": (1.03, 1.04, 1.01), "kernel ridge": (0.50, 0.39, 0.60),

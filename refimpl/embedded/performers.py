@@ -1,6 +1,6 @@
 r"""Performers made by the program: five actions, each carried out with an effort that is known. The embedded data of this room.
 
-They have the skeleton of `motion.synthetic`, centimetres, y up, 60 frames a second. An action passes through key poses, all from and to a
+They have the skeleton of `embedded.walkers`, centimetres, y up, 60 frames a second. An action passes through key poses, all from and to a
 quiet stand; a planted foot stays where it is. The effort (flow, weight, time), each in [-3, 3], shapes how it is done:
 
 - time (sustained..sudden): the part of each phase in which the body moves, from all of it to a burst between two rests, and the tempo;
@@ -14,11 +14,11 @@ import numpy as np
 
 from ..motion import rotation
 from ..motion.clip import Clip
-from ..motion.gait import ease
+from .gait import ease
 from ..motion.joints import PARENTS, SLOT, SLOTS
 from ..motion.skeleton import forward_kinematics
-from ..motion.style import person
-from ..motion.synthetic import FPS, skeleton_joints
+from .manner import person
+from .walkers import FPS, skeleton_joints
 
 EFFORT_LIMIT = 3.0
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..motion.features import POSITIONS
 from ..nn import gram
-from .measure import hidden_units
+from .measures import hidden_units
 
 SPAN, HOP, COMPONENTS, SHRINKAGE = 120, 30, 40, 0.2
 

@@ -9,13 +9,13 @@ import tracemalloc
 
 import numpy as np
 
-from . import nn
-from .holden2017 import networks
-from .holden2017.step import AutoencoderStep, StyleStep
-from .holden2017.stylist import Stylist
-from .holden2017.total import Weights
-from .motion.joints import BONES
-from .nn import tiled
+from .. import nn
+from ..holden2017 import networks
+from ..holden2017.step import AutoencoderStep, StyleStep
+from ..holden2017.stylist import Stylist
+from ..holden2017.total import Weights
+from ..motion.joints import BONES
+from ..nn import tiled
 
 FRAMES, BATCHES = (240, 480, 960), (10, 32)
 ONLY_PERCEPTUAL = Weights(foot=0.0, bone=0.0, trajectory=0.0)

@@ -17,9 +17,10 @@ from matplotlib.figure import Figure
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from .motion.joints import SLOT
-from .plot import checked, colours, draw_pose, facing_forward, leg_length, move_pose, project, round_length
-from .storage import atomic_write
+from ..motion.joints import SLOT
+from .plot import (checked, colours, draw_pose, facing_forward, leg_length, move_pose, project,
+                   round_length)
+from ..storage import atomic_write
 
 VIEW = (-52.0, 16.0)                                         # azimuth and elevation of the camera, degrees; see plot.project
 _DPI = 100

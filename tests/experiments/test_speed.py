@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from refimpl import bench
+from refimpl.experiments import speed as bench
 from refimpl.blas import prefer
 from refimpl.cli import main
 
@@ -18,7 +18,7 @@ def test_interleaved_medians_tell_fast_from_slow():
 
 
 def test_the_rivals_of_one_line_compute_the_same(monkeypatch):
-    torch_side = pytest.importorskip("refimpl.bench_torch", reason="optional: pip install torch==2.13.0")
+    torch_side = pytest.importorskip("refimpl.experiments.peer_torch", reason="optional: pip install torch==2.13.0")
     monkeypatch.setattr(torch_side, "_compiled", lambda use, function: {})               # the same functions again, after a minute
     problem = bench.Problem(np.float64)
     X, I, grams = problem.motion(1, 60), problem.motion(2, 60), problem.grams(2)

@@ -7,9 +7,11 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
-from refimpl.motion import bvh, gait, joints, skeleton, synthetic
+from refimpl.motion import bvh, joints, skeleton
+from refimpl.embedded import gait, walkers as synthetic
 from refimpl.motion.joints import FEET, HEELS, SLOT, TOES
-from refimpl.motion.synthetic import CONTENTS, FPS, STYLES, Person, Style, blend, make_clip, make_database, person
+from refimpl.embedded.walkers import (CONTENTS, FPS, STYLES, Person, Style, blend, make_clip,
+                                      make_database, person)
 
 ALL = [(content, style) for content in CONTENTS for style in STYLES]
 MOVING = ("walk", "jog", "turn-left", "turn-right")

@@ -5,9 +5,9 @@ import numpy as np
 from .. import nn
 from ..motion.dataset import to_scale
 from ..nn import tiled
-from .losses import style_target
-from .networks import encode
-from .transfer import stylise
+from ..holden2017.losses import style_target
+from ..holden2017.networks import encode
+from ..holden2017.transfer import stylise
 
 
 def hidden_units(features, manifold, *, kernels=tiled):

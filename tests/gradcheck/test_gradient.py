@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from refimpl import nn
-from refimpl.nn import derivative
+from refimpl.gradcheck import derivative
 
 SEEDS = range(10)
 

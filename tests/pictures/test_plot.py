@@ -8,10 +8,10 @@ import time
 import numpy as np
 import pytest
 
-from refimpl import animate, plot
+from refimpl.pictures import player as animate, plot
 from refimpl.motion import skeleton
 from refimpl.motion.joints import SLOT
-from refimpl.motion.synthetic import make_clip
+from refimpl.embedded.walkers import make_clip
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -157,7 +157,7 @@ def test_refuses_bad_steps(motions):
 
 
 def test_pictures_do_not_touch_pyplot():
-    code = "import sys, refimpl.plot, refimpl.animate; assert 'matplotlib.pyplot' not in sys.modules"
+    code = "import sys, refimpl.pictures.plot, refimpl.pictures.player; assert 'matplotlib.pyplot' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from . import gait as legs
-from . import rotation
-from .bvh import Clip, Joint
-from .joints import PARENTS, SLOT, SLOTS
-from .style import STYLES, Person, Style, blend, person      # noqa: F401  (blend is part of this module's face)
+from ..motion import rotation
+from ..motion.bvh import Clip, Joint
+from ..motion.joints import PARENTS, SLOT, SLOTS
+from .manner import STYLES, Person, Style, blend, person
 
 FPS = 60
 CONTENTS = {"walk": (legs.WALK, 0.0), "jog": (legs.JOG, 0.0), "turn-left": (legs.WALK, 0.55), "turn-right": (legs.WALK, -0.55),

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from refimpl import nn
-from refimpl.nn import derivative, gradcheck
-from refimpl.nn.errors import describe
+from refimpl.gradcheck import derivative, gradient as gradcheck
+from refimpl.gradcheck.errors import describe
 
 X = np.array([[1.0, -2.0, 0.5], [3.0, 0.25, -4.0]])
 SLOPE = 3.0

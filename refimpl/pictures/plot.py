@@ -11,8 +11,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 import numpy as np
 
-from .motion.joints import PARENTS, SLOT
-from .storage import atomic_write
+from ..motion.joints import PARENTS, SLOT
+from ..storage import atomic_write
 
 COLOURS = {"style": "#D55E00", "content": "#009E73", "result": "#0072B2"}          # Okabe and Ito: told apart by the colour-blind
 _OTHERS = ("#CC79A7", "#E69F00", "#56B4E9", "#444444", "#0072B2", "#009E73", "#D55E00")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import convolve1d, maximum_filter1d
 
-from . import rotation
+from ..motion import rotation
 
 THIGH, SHIN = 39.0, 41.0
 ANKLE_HEIGHT, TOE_HEIGHT = 11.74, 4.25                       # of a foot that stands flat

@@ -1,0 +1,14 @@
+"""Is a gradient right? The instruments that prove a hand-written backward, and what each must keep.
+
+- `gradient`: `check_gradient` of all elements, `check_direction` along one line, `check_kink`.
+- `derivative`: three ways to measure a derivative without knowing how it was derived.
+- `contract`: what every backward keeps besides being right.   `errors`: what a failed check says.
+
+Nothing here knows an operation or a motion; any function of arrays can be checked.
+"""
+
+from .contract import check_contract
+from .errors import GradientError
+from .gradient import check_direction, check_gradient, check_kink
+
+__all__ = ["GradientError", "check_contract", "check_direction", "check_gradient", "check_kink"]
