@@ -3,7 +3,7 @@
 import numpy as np
 
 from refimpl import nn
-from refimpl.holden2017 import losses, networks, total
+from refimpl.holden2017 import losses, networks, objective
 
 
 def my_transform_backward(dY, X, W1, b1, W2, b2, W3, b3):
@@ -21,7 +21,7 @@ def my_motion_losses_backward(dE, O, target, L, mean, deviation):
     H = networks.encode(O, L)
     dH = losses.content_loss_backward(dE, target.hidden, H)[1] + losses.style_loss_backward(dE, target.gram, H)[1]
     m = O * deviation[:, None] + mean[:, None]
-    dm = total.constraint_losses_backward(dE, m, target)
+    dm = objective.term_losses_backward(dE, m, target, objective.CONSTRAINTS, objective.Weights())
     return networks.encode_backward_to_input(dH, O, L) + dm * deviation[:, None]
 
 

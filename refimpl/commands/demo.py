@@ -9,7 +9,7 @@ import numpy as np
 from ..holden2017.lesson import make_lesson, normalised_windows
 from ..experiments.measures import held_out_distances
 from ..holden2017.model import Manifold, Style, save_manifold, save_style
-from ..holden2017.total import Weights
+from ..holden2017.objective import EQUATION_10, Weights
 from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import transfer
 from ..motion.bvh import write_bvh
@@ -109,7 +109,7 @@ def _pictures(out, style, content, result, records):
     motions = {"style": style, "content": content, "result": result}
     plot.save(plot.strip(motions), out / "figure3.png")
     animate.animation_html(motions, 60.0, out / "animation.html")
-    plot.save(plot.curves(records["style"], ("loss", "content", "style", "foot", "bone", "trajectory")), out / "curves.png")
+    plot.save(plot.curves(records["style"], ("loss", *(term.name for term in EQUATION_10))), out / "curves.png")
 
 
 def _report(style, dataset, manifold_records, style_records, distances, path, seconds):

@@ -6,7 +6,7 @@ from pathlib import Path
 import re
 
 from ..experiments import holden
-from ..holden2017.total import WEIGHTS
+from ..holden2017.objective import WEIGHTS
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
 from ..embedded.walkers import make_database
 from ..motion.take import make_take, read_take

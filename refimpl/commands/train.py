@@ -14,7 +14,7 @@ from ..holden2017.checkpoint import fingerprint, load_checkpoint, save_checkpoin
 from ..holden2017.lesson import make_lesson, normalised_windows
 from ..holden2017.networks import init_loss_network, init_transformation_network
 from ..holden2017.model import Manifold, Style, load_manifold, save_manifold, save_style
-from ..holden2017.total import WEIGHED, WEIGHTS, Weights
+from ..holden2017.objective import EQUATION_10, WEIGHED, WEIGHTS, Weights
 from ..holden2017.train import AUTOENCODER_RATE, BATCH, DEPOOLING, RATE, train_autoencoder, train_style
 from ..motion.dataset import load_dataset
 from ..motion.prepare import FORMS, fit_normaliser
@@ -119,7 +119,7 @@ def run_style(arguments):
                       *manifold.params.values())
     like = init_transformation_network(np.random.default_rng(0), channels=arguments.channels, width=arguments.width, dtype=lesson.X.dtype)
     fitted = weights.fitted(manifold.leg, len(manifold.params["b0"]))
-    params = follow(arguments, run, like, ("loss", "content", "style", "foot", "bone", "trajectory"),
+    params = follow(arguments, run, like, ("loss", *(term.name for term in EQUATION_10)),
                     lambda **how: train_style(lesson, manifold, weights=fitted, **how, **settings))
     style = Style(params, manifold, arguments.style, lesson.pairs, lesson.learned, lesson.exemplars, fitted, lesson.known)
     save_style(arguments.output, style)

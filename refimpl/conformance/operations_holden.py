@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..holden2017 import losses, networks, total
+from ..holden2017 import losses, networks, objective
 from ..motion.features import FORWARD, SIDEWAYS, TURN
 from ..motion.joints import BONES, FEET
 from . import definitions as plain
@@ -109,9 +109,9 @@ def total_loss(*arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.
     frame);  W0, b0 : of the loss network;  mean, deviation : (66,), motion = T(I) deviation + mean
     for equations 7 to 9   ->  scalar
     """
-    target = total.Target(hidden, gram, contacts, bones, trajectory)
-    return total.total_loss(dict(zip(T_NAMES, arrays)), I, target, {"W0": W0, "b0": b0}, mean,
-                            deviation, total.WEIGHTS[reading])[0]
+    batch = objective.Batch(I, gram, contacts, bones, trajectory, hidden)
+    return objective.total_loss(dict(zip(T_NAMES, arrays)), batch, {"W0": W0, "b0": b0}, mean,
+                                deviation, objective.WEIGHTS[reading])[0]
 
 
 def total_loss_backward(
@@ -121,9 +121,9 @@ def total_loss_backward(
         reading: str = "norm") -> tuple[np.ndarray, ...]:
     """dloss : scalar  ->  a gradient for each of W1, b1, W2, b2, W3, b3; everything else is a
     constant"""
-    target = total.Target(hidden, gram, contacts, bones, trajectory)
-    g = total.total_loss_backward(dloss, dict(zip(T_NAMES, arrays)), I, target,
-                                  {"W0": W0, "b0": b0}, mean, deviation, total.WEIGHTS[reading])
+    batch = objective.Batch(I, gram, contacts, bones, trajectory, hidden)
+    g = objective.total_loss_backward(dloss, dict(zip(T_NAMES, arrays)), batch, {"W0": W0, "b0": b0},
+                                      mean, deviation, objective.WEIGHTS[reading])
     return tuple(g[name] for name in T_NAMES)
 
 
@@ -205,7 +205,7 @@ def total_loss_definition(
         contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray, W0: np.ndarray,
         b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray,
         reading: str = "norm") -> np.ndarray:
-    w = total.WEIGHTS[reading]
+    w = objective.WEIGHTS[reading]
     O = transform_definition(I, *arrays)
     H, motion = encode_definition(O, W0, b0), O * deviation[:, None] + mean[:, None]
     per_clip = (content_loss_definition(hidden, H, c=w.content, reading=reading)

@@ -18,7 +18,7 @@ from .classifiers import Judge, fit_judge, joint_vectors
 from ..holden2017.lesson import Lesson, make_lesson, normalised_windows
 from .measures import style_distance
 from ..holden2017.model import Manifold, Style
-from ..holden2017.total import Weights
+from ..holden2017.objective import Weights
 from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import project_features, stylise
 from ..motion.dataset import Dataset, Labelled, assemble, to_scale

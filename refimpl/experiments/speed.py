@@ -13,12 +13,12 @@ from .. import nn
 from ..holden2017 import networks
 from ..holden2017.step import AutoencoderStep, StyleStep
 from ..holden2017.stylist import Stylist
-from ..holden2017.total import Weights
+from ..holden2017.objective import CONTENT, STYLE, Batch, Weights
 from ..motion.joints import BONES
 from ..nn import tiled
 
 FRAMES, BATCHES = (240, 480, 960), (10, 32)
-ONLY_PERCEPTUAL = Weights(foot=0.0, bone=0.0, trajectory=0.0)
+PERCEPTUAL = (CONTENT, STYLE)
 
 
 class Problem:
@@ -92,13 +92,9 @@ def style_steps(problem, peer, seconds, batches=BATCHES):
     rows = []
     for batch in batches:
         I, grams = problem.motion(batch, 240), problem.grams(batch)
-        step = StyleStep(batch, 240, problem.T, problem.L, np.zeros(66), np.ones(66), ONLY_PERCEPTUAL)
-
-        def ours():
-            O, hidden = step._forward(problem.T, I)
-            found, dO = step._perceptual(O, hidden, grams)
-            return found, step._backward(dO)
-        rivals = {"tiled": ours, **(peer.style_step(problem, I, grams, ONLY_PERCEPTUAL) if peer else {})}
+        step = StyleStep(batch, 240, problem.T, problem.L, np.zeros(66), np.ones(66), Weights(), PERCEPTUAL)
+        windows = Batch(I, grams, None, None, None)
+        rivals = {"tiled": lambda step=step, windows=windows: step(problem.T, windows), **(peer.style_step(problem, I, grams, Weights()) if peer else {})}
         rows.append(_row(f"training step of T, batch {batch}", problem.dtype, rivals, seconds))
     return rows
 
@@ -116,8 +112,9 @@ def all_five(problem, seconds, batch=10):
     """A training step of T with all five losses, without a peer."""
     I, grams, rng = problem.motion(batch, 240), problem.grams(batch), problem.rng
     step = StyleStep(batch, 240, problem.T, problem.L, np.zeros(66), np.ones(66), Weights())
-    rest = ((rng.random((batch, 4, 240)) < 0.5).astype(problem.dtype), rng.normal(size=(batch, 3, 240)).astype(problem.dtype), np.ones(len(BONES)))
-    return [_row(f"training step of T, all five losses, batch {batch}", problem.dtype, {"tiled": lambda: step(problem.T, I, grams, *rest)}, seconds)]
+    contacts, trajectory = (rng.random((batch, 4, 240)) < 0.5).astype(problem.dtype), rng.normal(size=(batch, 3, 240)).astype(problem.dtype)
+    windows = Batch(I, grams, contacts, np.ones(len(BONES)), trajectory)
+    return [_row(f"training step of T, all five losses, batch {batch}", problem.dtype, {"tiled": lambda: step(problem.T, windows)}, seconds)]
 
 
 def convolutions(problem, seconds):

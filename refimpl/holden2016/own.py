@@ -25,7 +25,8 @@ import numpy as np
 from .. import nn
 from ..holden2017 import losses
 from ..holden2017.networks import decode, decode_backward_to_input, encode
-from ..holden2017.total import WEIGHTS as TRAINING, Target, Weights, column, constraint_losses, constraint_losses_backward, denormalise
+from ..holden2017.objective import (CONSTRAINTS, WEIGHTS as TRAINING, Batch, Weights, column, denormalise,
+                                    term_losses, term_losses_backward)
 from ..holden2017.train import annealed
 from ..holden2017.transfer import onto_skeleton
 from ..motion.dataset import to_scale
@@ -75,14 +76,14 @@ def hidden_loss_backward(dloss, H, content, gram, *, style):
 
 
 def decoded_loss(H, target, params, mean, deviation, weights=Weights()):
-    """The second search's loss, of the decoded motion.   H : (N, m, T // 2), target : Target, params : W0, b0  ->  (N,)"""
-    return sum(constraint_losses(denormalise(decode(H, params), mean, deviation), target, weights).values())
+    """The second search's loss, of the decoded motion.   H : (N, m, T // 2), target : Batch, params : W0, b0  ->  (N,)"""
+    return sum(term_losses(denormalise(decode(H, params), mean, deviation), target, CONSTRAINTS, weights).values())
 
 
 def decoded_loss_backward(dloss, H, target, params, mean, deviation, weights=Weights()):
     """dloss : (N,)  ->  dH (N, m, T // 2)"""
     X = decode(H, params)
-    dmotion = constraint_losses_backward(dloss, denormalise(X, mean, deviation), target, weights)
+    dmotion = term_losses_backward(dloss, denormalise(X, mean, deviation), target, CONSTRAINTS, weights)
     return decode_backward_to_input(dmotion * column(deviation, X), H, params)
 
 
@@ -120,7 +121,7 @@ def optimise(features, contacts, exemplars, manifold, *, bones=None, settings=Se
                  settings.iterations, settings.rate)
     styled = decode(H, params)
     path = walked_as(even[:, VELOCITIES], manifold.motion(styled)[:, VELOCITIES])
-    target = Target(None, None, planted.T[None].astype(X.dtype), manifold.bones if bones is None else bones, path.T[None].astype(X.dtype))
+    target = Batch(X, None, planted.T[None].astype(X.dtype), manifold.bones if bones is None else bones, path.T[None].astype(X.dtype))
     H = minimise(encode(styled, params), lambda H: decoded_loss_backward(one, H, target, params, normaliser.mean, normaliser.deviation, weights),
                  settings.constraint_iterations, settings.constraint_rate)
     moved = manifold.motion(decode(H, params))

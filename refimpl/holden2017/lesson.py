@@ -15,7 +15,7 @@ from ..nn import tiled
 from .known import Known, known
 from .losses import style_target
 from .networks import encode
-from .total import Target
+from .objective import Batch
 
 
 class LessonError(ValueError):
@@ -49,11 +49,10 @@ class Lesson:
     known: Known | None = None
 
 
-def batch_target(lesson, indices, loss_network, *, kernels=tiled):
-    """The Target of some windows of a lesson.   indices : (B,)  ->  Target"""
-    return Target(encode(lesson.X[indices], loss_network, kernels=kernels),
-                  np.stack([lesson.grams[lesson.contents[i]] for i in indices]),
-                  lesson.contacts[indices], lesson.bones, lesson.trajectory[indices])
+def batch_of(lesson, indices):
+    """Some windows of a lesson with all that their result is compared with.   indices : (B,)  ->  Batch"""
+    return Batch(lesson.X[indices], tuple(lesson.grams[lesson.contents[i]] for i in indices), lesson.contacts[indices], lesson.bones,
+                 lesson.trajectory[indices])
 
 
 def gram_targets(exemplars, manifold, frames, *, kernels=tiled):

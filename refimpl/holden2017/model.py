@@ -12,7 +12,7 @@ from ..storage import FormatError, load_npz, plausible, save_npz
 from .known import NUMBERS, Known
 from .losses import READINGS
 from .stylist import Stylist
-from .total import WEIGHED, Weights
+from .objective import WEIGHED, Weights
 from .train import DEPOOLING
 
 VERSION, STYLE_VERSION = 2, 3                                # with 2 and 3 the root's velocity is seen from the frame that it leads to

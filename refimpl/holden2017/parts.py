@@ -11,9 +11,9 @@ import threading
 
 import numpy as np
 
-from .networks import autoencoder_loss, autoencoder_loss_backward, encode
+from .networks import autoencoder_loss, autoencoder_loss_backward
 from .step import AutoencoderStep, StyleStep
-from .total import Target, total_loss, total_loss_backward
+from .objective import EQUATION_10, Batch, total_loss, total_loss_backward
 
 _kept = threading.local()
 
@@ -29,14 +29,11 @@ class StyleWork:
     run: str
     part: int
     params: dict
+    batch: Batch
     loss_network: dict
     normaliser: tuple
     weights: object
-    bones: np.ndarray
-    I: np.ndarray
-    grams: tuple
-    contacts: np.ndarray
-    trajectory: np.ndarray
+    terms: tuple = EQUATION_10
     kernels: object = None
 
 
@@ -62,12 +59,12 @@ def new_run():
 @np.errstate(over="ignore", invalid="ignore")                      # the training loop looks for numbers that are not finite, and says where
 def style_part(work):
     """Equation 10 on a part.   StyleWork  ->  number of windows, {term: mean}, gradients"""
+    shape = work.batch.I.shape
     if work.kernels is not None:
-        target = Target(encode(work.I, work.loss_network, kernels=work.kernels), np.stack(work.grams), work.contacts, work.bones, work.trajectory)
-        arguments = (work.params, work.I, target, work.loss_network, *work.normaliser, work.weights)
-        return (len(work.I), total_loss(*arguments, kernels=work.kernels)[1], total_loss_backward(1.0, *arguments, kernels=work.kernels))
-    step = _keep(work, work.I.shape, lambda: StyleStep(*work.I.shape[::2], work.params, work.loss_network, *work.normaliser, work.weights))
-    return (len(work.I), *step(work.params, work.I, work.grams, work.contacts, work.trajectory, work.bones))
+        arguments, how = (work.params, work.batch, work.loss_network, *work.normaliser, work.weights), {"terms": work.terms, "kernels": work.kernels}
+        return shape[0], total_loss(*arguments, **how)[1], total_loss_backward(1.0, *arguments, **how)
+    step = _keep(work, shape, lambda: StyleStep(*shape[::2], work.params, work.loss_network, *work.normaliser, work.weights, work.terms))
+    return (shape[0], *step(work.params, work.batch))
 
 
 @np.errstate(over="ignore", invalid="ignore")

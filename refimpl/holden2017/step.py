@@ -1,27 +1,33 @@
 r"""The two training steps with everything shared that is shared: losses and gradients of one batch in one walk forwards and one backwards.
 
-`total.total_loss` with its backward, and `networks.autoencoder_loss` with its own, are the definitions; these give the same numbers (tested). They compute
+`objective.total_loss` with its backward, and `networks.autoencoder_loss` with its own, are the definitions; these give the same numbers (tested). They compute
 no layer twice, read a window's spectrum once for T's first layer and for the loss network, decode at half resolution, and keep every large
 array from step to step. Arrays are channel-last, (B, T, C). What comes back lasts until the next call.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
 from ..nn.plan import Plan
 from ..nn.sums import wide_sum
-from . import losses
 from .half import half_filters, half_filters_backward, taps
-from .total import TERMS
+from .objective import CONTENT, EQUATION_10, STYLE, denormalise, reading, term_losses, term_losses_backward
 
 
 class StyleStep:
     r"""Equation 10 and its gradient for batches of B windows of T frames.
 
-    loss_network : W0, b0, constants;  mean, deviation : (66,) of the normaliser;  weights : Weights for the data's unit
+    loss_network : W0, b0, constants;  mean, deviation : (66,) of the normaliser;  weights : Weights for the data's unit;
+    terms : of the objective; content and style are computed here, all others as they are written
     """
 
-    def __init__(self, B, T, params, loss_network, mean, deviation, weights):
+    def __init__(self, B, T, params, loss_network, mean, deviation, weights, terms=EQUATION_10):
         _check_even(T)
+        self.names = [term.name for term in terms]
+        self.content, self.style = ((term.weight_of(weights) if term.name in self.names else 0.0) for term in (CONTENT, STYLE))
+        self.of_hidden = [term for term in reading("hidden", terms) if term.name not in (CONTENT.name, STYLE.name)]
+        self.of_motion = reading("motion", terms)
         self.W0, self.b0 = loss_network["W0"], loss_network["b0"]
         dtype, (m, features, _) = self.W0.dtype, self.W0.shape
         self.mean, self.deviation, self.weights = mean.astype(dtype), deviation.astype(dtype), weights
@@ -45,14 +51,15 @@ class StyleStep:
         self.first, self.active = np.empty((B, T // 2, m), bool), np.empty((B, T // 2, m), bool)
         self.masks = [np.empty((B, T, c), bool) for c in (c1, c2)]
 
-    def __call__(self, params, I, grams, contacts, trajectory, bones):
-        """I (B, 66, T) normalised;  grams : B style targets (m, m);  contacts (B, 4, T), trajectory (B, 3, T), bones (20,) as in `Target`
-        ->  {term: mean over the batch}, gradients with the keys of params"""
-        O, H_input = self._forward(params, I)
-        found, dO = self._perceptual(O, H_input, grams)
-        of_motion, dmotion = self._constraints(O, contacts, trajectory, bones)
-        dO += dmotion.swapaxes(1, 2)
-        return {name: {**found, **of_motion}[name] for name in TERMS}, self._backward(dO)
+    def __call__(self, params, batch):
+        """->  {term: mean over the Batch}, gradients with the keys of params"""
+        O, H_input = self._forward(params, batch.I)
+        found, dO = self._perceptual(O, H_input, batch)
+        if self.of_motion:
+            of_motion, dmotion = self._constraints(O, batch)
+            found.update(of_motion)
+            dO += dmotion.swapaxes(1, 2)
+        return {name: found[name] for name in self.names}, self._backward(dO)
 
     def _forward(self, params, I):
         """T(I) (B, T, 66), and L(I) (B, T / 2, m) in D."""
@@ -80,39 +87,48 @@ class StyleStep:
         O += params["b3"]
         return O, self.D
 
-    def _perceptual(self, O, H_input, grams):
-        """Equations 4 and 5 and their gradient with respect to O.   ->  {term: mean}, dO (B, T, 66)"""
+    def _perceptual(self, O, H_input, batch):
+        """What reads hidden units, equations 4 and 5 foremost, and its gradient with respect to O.   ->  {term: mean}, dO (B, T, 66)"""
         B, w = len(O), self.weights
         self.encoder.input[:] = O
         Z = self.encoder.forward(self.V0)
         Z += self.b0
         pool_into(Z, self.H, self.first, self.active)
+        others, d_others = self._other_terms(batch, H_input)
         D = np.subtract(self.H, H_input, out=self.D)
         R = np.matmul(self.H.swapaxes(1, 2), self.H, out=self.R)
-        for r, target in zip(R, grams):
+        for r, target in zip(R, batch.gram):
             r -= target
         content, d_content = _read(D, w.reading)
         style, d_style = _read(R, w.reading)
-        R *= (2 * w.style / B) * d_style                         # R is symmetric: (dG + dG^T) h = 2 dG h
-        D *= (w.content / B) * d_content
+        R *= (2 * self.style / B) * d_style                         # R is symmetric: (dG + dG^T) h = 2 dG h
+        D *= (self.content / B) * d_content
         dH = np.matmul(self.H, R, out=self.dH)
         dH += D
+        if d_others is not None:
+            dH += d_others.swapaxes(1, 2)
         unpool_into(dH, self.first, self.active, self.dZ)
         dO, _ = self.encoder.backward(self.dZ.reshape(Z.shape), self.V0, to_filters=False)
-        return {"content": w.content * content.mean(), "style": w.style * style.mean()}, dO
+        return {"content": self.content * content.mean(), "style": self.style * style.mean(), **others}, dO
 
-    def _constraints(self, O, contacts, trajectory, bones):
-        """Equations 7 to 9.   ->  {term: mean}, gradient with respect to O as (B, 66, T)"""
-        w, each = self.weights, np.full(len(O), 1 / len(O), O.dtype)
+    def _other_terms(self, batch, H_input):
+        """Terms from outside that read hidden units.   ->  {term: mean}, dH (B, m, T / 2) or None"""
+        if not self.of_hidden:
+            return {}, None
+        each = np.full(len(self.H), 1 / len(self.H), self.H.dtype)
+        H, batch = np.ascontiguousarray(self.H.swapaxes(1, 2)), replace(batch, hidden=H_input.swapaxes(1, 2).copy())
+        found = term_losses(H, batch, self.of_hidden, self.weights)
+        return {name: loss.mean() for name, loss in found.items()}, term_losses_backward(each, H, batch, self.of_hidden, self.weights)
+
+    def _constraints(self, O, batch):
+        """What reads motion, equations 7 to 9.   ->  {term: mean}, gradient with respect to O as (B, 66, T)"""
+        each = np.full(len(O), 1 / len(O), O.dtype)
         motion = np.ascontiguousarray((O * self.deviation + self.mean).swapaxes(1, 2))
-        found = {"foot": w.foot * losses.foot_loss(motion, contacts).mean(),
-                 "bone": w.bone * losses.bone_loss(motion, bones).mean(),
-                 "trajectory": w.trajectory * losses.trajectory_loss(motion, trajectory, turn_weight=w.turn).mean()}
-        dmotion = losses.foot_loss_backward(w.foot * each, motion, contacts)
-        dmotion += losses.bone_loss_backward(w.bone * each, motion, bones)
-        dmotion += losses.trajectory_loss_backward(w.trajectory * each, motion, trajectory, turn_weight=w.turn)
-        dmotion *= self.deviation[:, None]
-        return found, dmotion
+        if any(term not in EQUATION_10 for term in self.of_motion):
+            batch = replace(batch, motion=denormalise(batch.I, self.mean, self.deviation))
+        found = term_losses(motion, batch, self.of_motion, self.weights)
+        dmotion = term_losses_backward(each, motion, batch, self.of_motion, self.weights)
+        return {name: loss.mean() for name, loss in found.items()}, dmotion * self.deviation[:, None]
 
     def _backward(self, dO):
         one, two, three = self.layers

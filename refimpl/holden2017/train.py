@@ -12,7 +12,8 @@ import numpy as np
 from .. import nn
 from .networks import init_loss_network, init_transformation_network
 from .parts import AutoencoderWork, StyleWork, autoencoder_part, in_parts, new_run, style_part, summed
-from .total import Weights
+from .lesson import batch_of
+from .objective import EQUATION_10, Weights
 
 BATCH, RATE = 10, 1e-3
 AUTOENCODER_RATE = 5e-4                                         # with 1e-3 its loss ends higher
@@ -79,26 +80,25 @@ def train_autoencoder(X, *, epochs, batch=BATCH, rate=AUTOENCODER_RATE, alpha=0.
         yield record, state
 
 
-def train_style(lesson, manifold, *, epochs, weights=Weights(), batch=BATCH, rate=RATE, channels=128, width=25, seed=0, state=None, kernels=None,
+def train_style(lesson, manifold, *, epochs, weights=Weights(), terms=EQUATION_10, batch=BATCH, rate=RATE, channels=128, width=25, seed=0, state=None, kernels=None,
                 executor=None, parts=1):
     r"""Train a transformation network by equation 10 against a fixed loss network.
 
-    lesson : Lesson;  manifold : Manifold;  weights : for the data's unit;  kernels : None for the shared steps of `step`, or who provides the convolutions of
+    lesson : Lesson;  manifold : Manifold;  weights : for the data's unit;  terms : of the objective (`objective.Term`);  kernels : None for the shared steps of `step`, or who provides the convolutions of
     the definition (`refimpl.nn` for the direct ones);  executor : a `concurrent.futures.Executor` that computes the `parts` of each batch; the same
     number of parts gives the same bits, whoever computes them   ->  yields (Record, State) after each epoch
     """
     state = state or start_state(init_transformation_network(np.random.default_rng([seed, 2]), channels=channels, width=width,
                                                              dtype=lesson.X.dtype))
-    constants = (manifold.params, (manifold.normaliser.mean, manifold.normaliser.deviation), weights, lesson.bones)
+    constants = (manifold.params, (manifold.normaliser.mean, manifold.normaliser.deviation), weights, tuple(terms), kernels)
     run, each = new_run(), executor.map if executor else map
 
     def work(params, part, i):
-        grams = tuple(lesson.grams[lesson.contents[k]] for k in i)
-        return StyleWork(run, part, params, *constants, lesson.X[i], grams, lesson.contacts[i], lesson.trajectory[i], kernels)
+        return StyleWork(run, part, params, batch_of(lesson, i), *constants)
 
     def step(params, indices):
-        terms, gradients = summed(each(style_part, [work(params, part, i) for part, i in enumerate(in_parts(indices, parts))]))
-        return {"loss": sum(terms.values()), **terms}, gradients
+        found, gradients = summed(each(style_part, [work(params, part, i) for part, i in enumerate(in_parts(indices, parts))]))
+        return {"loss": sum(found.values()), **found}, gradients
 
     for epoch in range(state.epoch + 1, epochs + 1):
         rng = np.random.default_rng([seed, 3, epoch])

@@ -25,11 +25,9 @@ def test_the_rivals_of_one_line_compute_the_same(monkeypatch):
     stylised = bench.Stylist(problem.T, problem.L).stylise(X)
     for name, work in torch_side.inference(problem, X).items():
         np.testing.assert_allclose(np.squeeze(work().numpy()), stylised[0], atol=1e-9, err_msg=name)
-    step = bench.StyleStep(2, 60, problem.T, problem.L, np.zeros(66), np.ones(66), bench.ONLY_PERCEPTUAL)
-    O, hidden = step._forward(problem.T, I)
-    found, dO = step._perceptual(O, hidden, grams)
-    gradients = step._backward(dO)
-    calls = torch_side.style_step(problem, I, grams, bench.ONLY_PERCEPTUAL)
+    step = bench.StyleStep(2, 60, problem.T, problem.L, np.zeros(66), np.ones(66), bench.Weights(), bench.PERCEPTUAL)
+    _, gradients = step(problem.T, bench.Batch(I, grams, None, None, None))
+    calls = torch_side.style_step(problem, I, grams, bench.Weights())
     params = calls["torch eager"].__closure__                    # the tensors whose gradients the call fills
     calls["torch eager"]()
     tensors = next(cell.cell_contents for cell in params if isinstance(cell.cell_contents, dict))

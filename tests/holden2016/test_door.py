@@ -12,7 +12,7 @@ from refimpl.holden2016 import bridge, files, losses, network, rows, search
 from refimpl.holden2017 import networks
 from refimpl.holden2017.model import Manifold, Style, load_style, save_style
 from refimpl.holden2017.stylist import Stylist
-from refimpl.holden2017.total import Target, motion_losses, motion_losses_backward
+from refimpl.holden2017.objective import Batch, motion_losses, motion_losses_backward
 from refimpl.motion import features as F
 from refimpl.embedded.walkers import make_clip
 from refimpl.motion.take import make_take
@@ -174,7 +174,7 @@ def test_a_style_trained_on_it_goes_to_disk_and_back(made, takes, tmp_path):
         load_style(path)
     O = X[:, :, :40]
     H = networks.encode(O, manifold.params)
-    target = Target(H * 0.5, nn.gram(H) * 0.5, takes[0].contacts[:40].T[None].astype(float), manifold.bones, np.zeros((1, 3, 40)))
+    target = Batch(O, nn.gram(H) * 0.5, takes[0].contacts[:40].T[None].astype(float), manifold.bones, np.zeros((1, 3, 40)), H * 0.5)
     nn.check_gradient(lambda O: sum(motion_losses(O, target, manifold.params, manifold.normaliser.mean, manifold.normaliser.deviation).values()),
                       lambda d, O: motion_losses_backward(d, O, target, manifold.params, manifold.normaliser.mean, manifold.normaliser.deviation), O, names=["O"])
 

@@ -7,7 +7,7 @@ from refimpl import nn
 from refimpl.holden2016 import own
 from refimpl.holden2016.own import Settings
 from refimpl.experiments import measures as measure
-from refimpl.holden2017 import networks, total
+from refimpl.holden2017 import networks, objective
 from refimpl.holden2017.model import Manifold
 from refimpl.holden2017.train import annealed
 from refimpl.motion.features import VELOCITIES
@@ -22,7 +22,7 @@ def problem(seed):
     L = networks.init_loss_network(rng, hidden=6, width=5, dtype=float)
     H = rng.normal(size=(2, 6, 4))
     gram = np.stack([g @ g.T for g in rng.normal(size=(2, 6, 6))])
-    target = total.Target(None, None, (rng.random((2, 4, 8)) < 0.6).astype(float), rng.uniform(1, 4, len(BONES)), rng.normal(size=(2, 3, 8)))
+    target = objective.Batch(None, None, (rng.random((2, 4, 8)) < 0.6).astype(float), rng.uniform(1, 4, len(BONES)), rng.normal(size=(2, 3, 8)))
     return H, rng.normal(size=H.shape), gram, target, L, rng.normal(size=66) * 3, rng.uniform(0.5, 4, 66)
 
 
@@ -37,7 +37,7 @@ def test_gradient_of_gram_and_content(s, seed):
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_gradient_of_the_decoded_constraints(seed):
     H, _, _, target, L, mean, deviation = problem(seed)
-    weights = total.Weights(foot=0.02, bone=0.03, trajectory=0.05, turn=7.0)
+    weights = objective.Weights(foot=0.02, bone=0.03, trajectory=0.05, turn=7.0)
     nn.check_gradient(lambda H: own.decoded_loss(H, target, L, mean, deviation, weights),
                       lambda d, H: own.decoded_loss_backward(d, H, target, L, mean, deviation, weights), H, names=["H"], seed=seed)
 
@@ -47,7 +47,7 @@ def test_the_losses_are_those_of_the_equations():
     np.testing.assert_allclose(own.hidden_loss(H, content, gram, style=0.3),
                                [0.3 * np.mean((h @ h.T - g) ** 2) + 0.7 * np.mean((h - c) ** 2) for h, g, c in zip(H, gram, content)])
     motion = networks.decode(H, L) * deviation[:, None] + mean[:, None]
-    wanted = sum(total.constraint_losses(motion, target).values())
+    wanted = sum(objective.term_losses(motion, target, objective.CONSTRAINTS, objective.Weights()).values())
     np.testing.assert_allclose(own.decoded_loss(H, target, L, mean, deviation), wanted)
 
 
@@ -106,8 +106,8 @@ def test_the_second_search_serves_the_constraints(world):
         moved = own.optimise(content.features, content.contacts, [style.features], manifold,
                                   settings=Settings(style=0.01, constraint_iterations=iterations, constraint_rate=0.02))
         motion = moved.T[None]
-        target = total.Target(None, None, content.contacts.T[None].astype(float), manifold.bones, motion[:, VELOCITIES])
-        return sum(total.constraint_losses(motion, target).values())[0]
+        target = objective.Batch(None, None, content.contacts.T[None].astype(float), manifold.bones, motion[:, VELOCITIES])
+        return sum(objective.term_losses(motion, target, objective.CONSTRAINTS, objective.Weights()).values())[0]
     assert left(100) < 0.5 * left(0)
 
 

@@ -1,6 +1,7 @@
 """The fast forms are the definitions: half-resolution decoder, stylist, shared training steps, parts of a batch by any executor."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
 import tracemalloc
 
 from hypothesis import given, strategies as st
@@ -8,15 +9,15 @@ import numpy as np
 import pytest
 
 from refimpl import nn
-from refimpl.holden2017 import networks, total, train
+from refimpl.holden2017 import networks, objective, train
 from refimpl.holden2017.half import half_filters, half_filters_backward
-from refimpl.holden2017.lesson import Lesson
+from refimpl.holden2017.lesson import Lesson, batch_of
 from refimpl.holden2017.losses import READINGS
 from refimpl.holden2017.model import Manifold
 from refimpl.holden2017.parts import StyleWork, in_parts, style_part, summed
 from refimpl.holden2017.step import AutoencoderStep, StyleStep
 from refimpl.holden2017.stylist import Stylist
-from refimpl.holden2017.total import Target, Weights
+from refimpl.holden2017.objective import Batch, Weights
 from refimpl.motion.joints import BONES
 from refimpl.motion.prepare import Normaliser
 
@@ -89,18 +90,18 @@ def problem(seed, B=3, T=40, reading="norm", **sizes):
     contacts, trajectory, bones = (rng.random((B, 4, T)) < 0.5).astype(float), rng.normal(size=(B, 3, T)), rng.uniform(1, 4, len(BONES))
     mean, deviation = rng.normal(size=66), rng.uniform(0.5, 3, 66)
     weights = Weights(content=1.3, style=0.4, foot=0.02, bone=0.03, trajectory=0.05, turn=7.0, reading=reading)
-    target = Target(networks.encode(I, L, kernels=nn), np.stack(grams), contacts, bones, trajectory)
-    return params, I, target, L, mean, deviation, weights
+    target = Batch(I, np.stack(grams), contacts, bones, trajectory)
+    return params, target, L, mean, deviation, weights
 
 
 @pytest.mark.parametrize("seed,T_width,reading", [(1, None, "norm"), (2, None, "mean_squares"), (4, None, "sum_squares"), (3, 5, "norm")])
 def test_the_shared_style_step_is_equation_10(seed, T_width, reading):
-    params, I, target, L, mean, deviation, weights = problem(seed, T_width=T_width, reading=reading)
-    _, terms = total.total_loss(params, I, target, L, mean, deviation, weights, kernels=nn)
-    gradients = total.total_loss_backward(1.0, params, I, target, L, mean, deviation, weights, kernels=nn)
+    params, target, L, mean, deviation, weights = problem(seed, T_width=T_width, reading=reading)
+    _, terms = objective.total_loss(params, target, L, mean, deviation, weights, kernels=nn)
+    gradients = objective.total_loss_backward(1.0, params, target, L, mean, deviation, weights, kernels=nn)
     step = StyleStep(3, 40, params, L, mean, deviation, weights)
     for _ in range(2):
-        found, walked = step(params, I, target.gram, target.contacts, target.trajectory, target.bones)
+        found, walked = step(params, target)
         assert list(found) == list(terms)
         for name in terms:
             np.testing.assert_allclose(found[name], terms[name], rtol=1e-12)
@@ -111,11 +112,11 @@ def test_the_shared_style_step_is_equation_10(seed, T_width, reading):
 
 @pytest.mark.parametrize("reading", READINGS)
 def test_the_shared_style_step_where_norms_are_zero(reading):
-    params, I, target, L, mean, deviation, weights = problem(4, reading=reading)
+    params, target, L, mean, deviation, weights = problem(4, reading=reading)
     dead = {"W0": L["W0"], "b0": np.full_like(L["b0"], -1e9)}                            # no unit is ever active
-    target = Target(np.zeros_like(target.hidden), np.zeros_like(target.gram), target.contacts, target.bones, target.trajectory)
-    gradients = total.total_loss_backward(1.0, params, I, target, dead, mean, deviation, weights, kernels=nn)
-    found, walked = StyleStep(3, 40, params, dead, mean, deviation, weights)(params, I, target.gram, target.contacts, target.trajectory, target.bones)
+    target = replace(target, gram=np.zeros_like(target.gram))
+    gradients = objective.total_loss_backward(1.0, params, target, dead, mean, deviation, weights, kernels=nn)
+    found, walked = StyleStep(3, 40, params, dead, mean, deviation, weights)(params, target)
     assert found["content"] == found["style"] == 0
     for name in gradients:
         close(walked[name], gradients[name])
@@ -148,7 +149,7 @@ def test_ties_of_the_pooling_go_to_the_first_in_the_steps_too():
 
 
 def test_an_odd_number_of_frames_is_refused():
-    params, _, _, L, mean, deviation, weights = problem(8)
+    params, _, L, mean, deviation, weights = problem(8)
     with pytest.raises(ValueError, match="found 41 frames, needed an even number"):
         StyleStep(3, 41, params, L, mean, deviation, weights)
     with pytest.raises(ValueError, match="found 41 frames, needed an even number"):
@@ -191,9 +192,7 @@ def test_the_gradient_of_a_batch_is_that_of_its_parts():
 
     def gradients(parts):
         def work(part, i):
-            grams = tuple(lesson.grams[lesson.contents[k]] for k in i)
-            return StyleWork("run", part, params, manifold.params, (manifold.normaliser.mean, manifold.normaliser.deviation), Weights(), lesson.bones,
-                             lesson.X[i], grams, lesson.contacts[i], lesson.trajectory[i])
+            return StyleWork("run", part, params, batch_of(lesson, i), manifold.params, (manifold.normaliser.mean, manifold.normaliser.deviation), Weights())
         return summed([style_part(work(part, i)) for part, i in enumerate(in_parts(np.arange(7), parts))])
 
     losses, whole = gradients(1)
@@ -239,18 +238,18 @@ def test_a_state_that_was_handed_out_stays_as_it_is():
 
 
 def test_training_allocates_nothing_large_after_its_first_step():
-    params, I, target, L, mean, deviation, weights = problem(10, B=4, T=240, hidden=256, channels=128, width=25)
+    params, target, L, mean, deviation, weights = problem(10, B=4, T=240, hidden=256, channels=128, width=25)
     params = {name: np.asfortranarray(p) for name, p in params.items()}
     step = StyleStep(4, 240, params, L, mean, deviation, weights)
     state = nn.adam_start(params)
 
     def perceptual():
-        O, hidden = step._forward(params, I)
-        _, dO = step._perceptual(O, hidden, target.gram)         # the constraints' arrays are of the size of the motion itself
+        O, hidden = step._forward(params, target.I)
+        _, dO = step._perceptual(O, hidden, target)         # the constraints' arrays are of the size of the motion itself
         return step._backward(dO)
 
     gradients = {name: g.copy(order="F") for name, g in perceptual().items()}
-    for work, bound in ((perceptual, 0.5 * I.nbytes), (lambda: nn.adam_update(params, gradients, state), 8 * 16384 * 8)):
+    for work, bound in ((perceptual, 0.5 * target.I.nbytes), (lambda: nn.adam_update(params, gradients, state), 8 * 16384 * 8)):
         tracemalloc.start()
         work()
         peak = tracemalloc.get_traced_memory()[1]

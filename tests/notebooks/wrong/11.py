@@ -3,7 +3,7 @@
 import numpy as np
 
 from refimpl import nn
-from refimpl.holden2017 import losses, networks, total
+from refimpl.holden2017 import losses, networks, objective
 
 
 def _transform(dY, X, W1, b1, W2, b2, W3, b3, *, mask=True, second=None, before=True):
@@ -45,7 +45,7 @@ def _losses(dE, O, target, L, mean, deviation, *, content=1, style=1, constraint
     dH = (content * losses.content_loss_backward(dE, target.hidden, H)[first]
           + style * losses.style_loss_backward(dE, target.gram, H)[1])
     m = O * deviation[:, None] + (mean[:, None] if shift else 0)
-    dm = total.constraint_losses_backward(dE, m, target)
+    dm = objective.term_losses_backward(dE, m, target, objective.CONSTRAINTS, objective.Weights())
     return networks.encode_backward_to_input(dH, O, L) + constraints * dm * (deviation[:, None] if chain else 1)
 
 
