@@ -310,7 +310,7 @@ def test_transfer_with_a_network_of_2016(of_2016, folder, tmp_path, more):
     (["--form", "coded", "--manifold", "{m}"], "found no --network, --preprocess"),
     (["--network", "{0}", "--preprocess", "{1}", "--manifold", "{m}"], "found --manifold beside a network of 2016"),
     (["--network", "{0}", "--preprocess", "{1}", "--form", "coded", "--start", "content"], "always begins at noise"),
-    (["--network", "{1}", "--preprocess", "{0}"], "found no Xmean, Xstd, needed an authors' normaliser with Xmean, Xstd; is it the other one"),
+    (["--network", "{1}", "--preprocess", "{0}"], "found no Xmean, Xstd, needed a normaliser like the authors' preprocess_core.npz with Xmean, Xstd; is it the other one"),
     (["--network", "{0}", "--preprocess", "{1}", "--form", "coded", "--style", "{s}", "{s}"], "found 2 clips for --style")])
 def test_a_network_of_2016_takes_its_own_options(of_2016, models, folder, tmp_path, capsys, more, words):
     names = {"m": models / "manifold.npz", "s": folder / "walk_old_0.bvh"}
@@ -327,3 +327,13 @@ def test_a_style_learns_on_a_network_of_2016(of_2016, models, folder, tmp_path, 
     assert main(["transfer", style, str(folder / "walk_normal_1.bvh"), "-o", str(out)]) == 0 and out.exists()
     assert main(["train-style", str(models / "motions.npz"), of_2016[0], "--style", "old", "-o", style]) == 2
     assert "needed a refimpl manifold file" in capsys.readouterr().err
+
+
+def test_a_mapping_file_serves_the_style_too(models, folder, tmp_path):
+    text = (folder / "walk_old_0.bvh").read_text()
+    (tmp_path / "odd.bvh").write_text(text.replace("LeftUpLeg", "Thigh_A"))
+    (tmp_path / "odd_content.bvh").write_text((folder / "walk_normal_1.bvh").read_text().replace("LeftUpLeg", "Thigh_A"))
+    (tmp_path / "map.csv").write_text("slot,joint\nLeftUpLeg,Thigh_A\n")
+    run = ["transfer", "--method", "optimise", "--content", str(tmp_path / "odd_content.bvh"), "--manifold", str(models / "manifold.npz"), "--iterations", "1",
+           "-o", str(tmp_path / "out.bvh"), "--mapping", str(tmp_path / "map.csv")]
+    assert main([*run, "--style", str(tmp_path / "odd.bvh")]) == 0 and main([*run, "--style", str(folder / "walk_old_0.bvh")]) == 0

@@ -50,11 +50,12 @@ def run(arguments):
              for style in _longest(c for c in found if c.style == name and c.content == clip.content
                                    and not c.held_out and len(c.features) > rows.SHORTEST)]
     if not pairs:
-        raise ValueError(f"{arguments.motions}: found {len(contents)} clips of {arguments.contents!r} held out and none "
-                         f"of {arguments.styles} with the same content that is not, needed some of both")
+        missing = (f"no clip of {arguments.contents!r} held out" if not contents else
+                   f"no clip of {arguments.styles} for learning with the content of one of {arguments.contents!r} held out")
+        raise ValueError(f"{arguments.motions}: found {missing}, needed some; do --contents, --styles and --clips fit?")
     progress = Progress(len(pairs) * (len(code_2016.WAYS) + 3), "search", seconds=3.0)
     measured = []
-    for row in code_2016.table([(f"{clip.name} in style {style.style}", as_rows(clip, network), as_rows(style, network), clip.fps)
+    for row in code_2016.table([(f"{clip.name} in style {style.style}", as_rows(clip), as_rows(style), clip.fps)
                                 for clip, style in pairs], network, arguments.seed):
         measured.append(row)
         progress.step(f"{row['pair']}: {row['way']}")
@@ -76,7 +77,7 @@ def _longest(clips):
     return sorted(clips, key=lambda clip: len(clip.features))[-1:]
 
 
-def as_rows(clip, network):
-    """A clip of a Dataset on the network's scale.   ->  (T, 73)"""
-    size = network.hips / bridge.standing_hips(bridge.f66.decode(clip.features))
+def as_rows(clip):
+    """A clip of a Dataset in the code's unit.   ->  (T, 73)"""
+    size = bridge.unit_of(bridge.f66.decode(clip.features))
     return bridge.to_rows(bridge.f66.scale(clip.features, size), clip.contacts)

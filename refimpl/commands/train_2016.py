@@ -12,9 +12,9 @@ from .options import InputPath, OutputPath, whole
 from .train import finish, follow, training_options
 
 DESCRIPTION = """Train the autoencoder of the 2016 code on clips: two dropouts of 0.25, depooling by chance, a decoder of its own. It writes the two files
-that `transfer --method optimise` and `evaluate` read as they read the authors' own. It computes the plain text of the mathematics and is slow: 0.1 s a
-window and epoch at full width. The script's rate of 1e-5 is for the authors' large databases; for a few hundred windows 5e-4 with batches of 10 has
-learnt more in 14 epochs."""
+that `transfer --method optimise` and `evaluate` read as they read the authors' own. It uses the plain reference formulas and is slow: 0.1 s a
+window and epoch at full width. The script's rate of 1e-5 is for the authors' large databases; with a few hundred windows take more, 5e-4 with batches of
+10, say."""
 
 
 def add_commands(commands):

@@ -9,7 +9,7 @@ from ..holden2017.model import load_manifold, load_style
 from ..holden2017.transfer import transfer
 from ..motion.bvh import write_bvh
 from ..motion.features import path_length
-from ..motion.joints import SLOT, read_mapping
+from ..motion.joints import SLOT, MappingError, read_mapping
 from ..motion.retarget import carries_hips
 from ..motion.take import bone_lengths, guess_unit, read_take, standing_height
 from .options import InputPath, OutputPath, check_ending, number, whole, write_report
@@ -17,8 +17,8 @@ from .options import InputPath, OutputPath, check_ending, number, whole, write_r
 DESCRIPTION = """A clip in another style, on its own skeleton, at 60 frames a second: by a trained network (the system of 2017), or by an
 optimisation that needs no training for a new style (that of 2016): --method optimise --content CLIP.bvh --style S.bvh with either --manifold M.npz, a
 loss network of this package, or --network and --preprocess, the two files of the authors' own network or of `refimpl train-2016`. --form own is this
-package's form of the search, --form coded the one of the 2016 code, statement by statement, which needs the two files; it does not lock feet, so that
---raw shows what the code shows."""
+package's form of the search, --form coded the one of the 2016 code, statement by statement, which needs the two files, takes the whole
+clip for its content and the first 240 rows of one clip for its style; the code locks no feet: --raw shows what it shows."""
 FORMS = ("own", "coded")
 
 
@@ -43,10 +43,10 @@ def add_commands(commands):
     group.add_argument("--preprocess", metavar="P.npz", type=InputPath, help="its normaliser, like the authors' preprocess_core.npz")
     group.add_argument("--form", choices=FORMS, help=f"of the search: this package's or the 2016 code's (default: {FORMS[0]})")
     group.add_argument("--weight-style", type=number(least=0, below=1), metavar="S",
-                       help=f"against 1 - S for the content (default: {own.STYLE['groups']}; coded and with a network of 2016 "
+                       help=f"against 1 - S for the content (default: {own.STYLE['groups']}; coded and with the 2016 normaliser "
                             f"{search.AMOUNT:g} / {1 + search.AMOUNT:g})")
     group.add_argument("--start", choices=("noise", "content"), help=f"where the own search begins (default: {own.Settings.start})")
-    group.add_argument("--iterations", type=whole(0), metavar="N", help=f"(default: {own.Settings.iterations})")
+    group.add_argument("--iterations", type=whole(0), metavar="N", help=f"of the first search (default: {own.Settings.iterations})")
     group.add_argument("--seed", type=whole(0), metavar="N", help="of the noise (default: 0)")
     command.set_defaults(run=run)
 
@@ -59,7 +59,7 @@ def run(arguments):
     if optimised:
         network = bridge.read(arguments.network, arguments.preprocess) if arguments.network else None
         manifold = load_manifold(arguments.manifold) if network is None else None
-        exemplars = [read_take(path) for path in arguments.style]
+        exemplars = [_exemplar(path, overrides) for path in arguments.style]
         name = " ".join(arguments.style)
     else:
         style = load_style(arguments.style_file)
@@ -100,6 +100,16 @@ def _optimise(arguments, take, exemplars, manifold, network):
     return own.transfer(take, exemplars, manifold or network.manifold(), settings=own.Settings(**chosen), **common)
 
 
+def _exemplar(path, overrides):
+    """A clip in the style; the mapping file is for it, too, if it needs one."""
+    try:
+        return read_take(path)
+    except MappingError:
+        if not overrides:
+            raise
+        return read_take(path, overrides)
+
+
 def _check_method(arguments):
     """Every option of the other method is refused, every missing one named.   ->  path of the content"""
     of_network = {"STYLE.npz": arguments.style_file, "CLIP.bvh": arguments.clip, "--no-projection": arguments.no_projection or None, "--own-pace": arguments.own_pace or None}
@@ -111,7 +121,7 @@ def _check_method(arguments):
     needed = ("--content", "--style", *(("--network", "--preprocess") if of_2016 else ("--manifold",))) if optimised else ("STYLE.npz", "CLIP.bvh")
     for name, value in (of_network if optimised else of_optimise).items():
         if value is not None:
-            hint = "give the clip with --content" if name.isupper() or "." in name else "leave it out"
+            hint = {"STYLE.npz": "leave it out; the style is --style S.bvh", "CLIP.bvh": "give the clip with --content"}.get(name, "leave it out")
             raise ValueError(f"transfer: found {name} with --method {arguments.method}, which has no use for it; "
                              + (hint if optimised else "try --method optimise"))
     missing = [name for name in needed if (of_optimise if optimised else of_network)[name] is None]

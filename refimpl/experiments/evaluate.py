@@ -205,7 +205,7 @@ def table_1(features, contacts, exemplars, style, frames=FRAMES, repeats=5, sett
 
 def coded_search(features, contacts, exemplar, network, settings):
     """The search of the 2016 code over rows made of features, ready to be called."""
-    size = network.hips / bridge.standing_hips(decode(features, Start()))
+    size = bridge.unit_of(decode(features, Start()))
     content, style = (bridge.to_rows(scale(f[:len(f) - len(f) % 2], size), planted) for f, planted in (
         (features, contacts[:len(features) - len(features) % 2]), (exemplar, None)))
     start = search.noise(np.random.default_rng(0), len(content))

@@ -1,8 +1,9 @@
 """Holden, Saito and Komura 2016 as their published code is: style by optimisation, the second system
 of Table 1 of Holden et al. 2017.
 
-What the code computes beyond both papers is put beside them in `docs/code_of_2016.md`. Every
-function here says which file of that code it stands for, and is held to numbers that it produced.
+What the code computes beyond both papers is put beside them in `docs/code_of_2016.md`. The
+modules `rows`, `network`, `losses`, `train` and `search` name the files of that code they stand for
+and are held to its numbers; `files`, `bridge` and `own` are this package's.
 
 - `rows`: the 73 numbers of a frame, windows, the normaliser.   `network`: the convolutional
   autoencoder with its two dropouts and its depooling by chance, and what it costs.

@@ -6,9 +6,8 @@ r"""Where the 66 numbers of 2017 meet the 73 of 2016, and the 2016 network as a 
     row  68       minus the turning
     rows 69..72   contacts, given, else at their mean (0 when normalised)
 
-A body is brought to the network's size by its standing hips, which come to the mean height of the
-normaliser, 17.00 units in the authors' file. Where only a leg is known (`Network.manifold`), it is
-brought to that of the code's skeleton, 14.785 units.
+A body is brought to the code's unit by its standing hips, which come to 17.00, their mean height in
+the authors' normaliser. Where only a leg is known (`Network.manifold`), it comes to 17.00 / 1.12.
 """
 
 from collections.abc import Iterable
@@ -65,6 +64,11 @@ def standing_hips(positions: np.ndarray) -> float:
     return float(max(ankle, 0.0) + f66.leg_length(positions) + max(hips, 0.0))
 
 
+def unit_of(positions: np.ndarray) -> float:
+    """What lengths are multiplied by for the code's unit.   positions : (T, 21, 3)  ->  float"""
+    return rows.HIPS_HEIGHT / standing_hips(positions)
+
+
 @dataclass(frozen=True)
 class Network:
     """A network of 2016 and its normaliser, the authors' or one trained here.
@@ -75,22 +79,13 @@ class Network:
     params: Params = field(repr=False)
     normaliser: rows.Normaliser = field(repr=False)
 
-    @property
-    def hips(self) -> float:
-        """How high the hips are on its scale: 17.00 in the authors' file."""
-        return float(self.normaliser.mean[rows.POSITIONS.start + 1])
-
-    @property
-    def leg(self) -> float:
-        """How long the leg of the code's skeleton is on its scale."""
-        thighs_and_shins = losses.LENGTHS[[1, 2, 5, 6]].sum() / 2
-        return float(thighs_and_shins * self.hips / rows.HIPS_HEIGHT)
+    leg = rows.HIPS_HEIGHT / rows.HIPS_PER_LEG                   # of a body whose hips stand at 17.00
 
     @property
     def bones(self) -> np.ndarray:
         """The lengths of `joints.BONES` on its scale.
 
-        The code's own 20, grown with the leg; it has none from the chest to the arms, for which the
+        The code's own 20, grown to that leg; it has none from the chest to the arms, for which the
         mean pose stands in.   ->  (20,)
         """
         lengths = losses.LENGTHS.copy()
@@ -99,7 +94,15 @@ class Network:
             if ours != theirs:
                 lengths[number] *= (np.linalg.norm(mean[ours[1]] - mean[ours[0]])
                                     / max(np.linalg.norm(mean[theirs[1]] - mean[theirs[0]]), 1e-9))
-        return lengths * (self.hips / rows.HIPS_HEIGHT)
+        return lengths * (self.leg / (lengths[[1, 2, 5, 6]].sum() / 2))
+
+    def rows_of(self, take: Take) -> np.ndarray:
+        """A take as the code's own rows, on the code's scale.   ->  (T - 1, 73)"""
+        return rows.encode(take.positions * unit_of(take.positions))
+
+    def features_of(self, take: Take) -> np.ndarray:
+        """A take's 66 numbers on the code's scale, for the methods here.   ->  (T, 66)"""
+        return f66.scale(take.features, unit_of(take.positions))
 
     def network_input(self, features: np.ndarray, contacts: np.ndarray | None = None) -> np.ndarray:
         """Features on its scale as it takes them.   (T, 66), (T, 4)  ->  (1, 73, T)"""
@@ -153,7 +156,7 @@ def training_windows(clips: Iterable[Labelled]) -> np.ndarray:
     clips = list(clips)
     if not clips:
         return np.zeros((0, rows.WINDOW, rows.NUMBERS))
-    size = rows.HIPS_HEIGHT / float(np.median([standing_hips(f66.decode(c.features)) for c in clips]))
+    size = float(np.median([unit_of(f66.decode(c.features)) for c in clips]))
     return np.concatenate([rows.windows(to_rows(f66.scale(c.features, size), c.contacts)) for c in clips])
 
 
@@ -163,8 +166,8 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
              watch: search.Watch | None = None) -> Stylised:
     """A take in a style by the 2016 code's own search, on the take's own skeleton.
 
-    Both are brought to the network's size and made rows of by `rows.encode`: the code's floor, facing
-    and contacts. The content is the whole take, not four windows; the style the first window of 240
+    Both are brought to the code's unit and made rows of by `rows.encode`: the code's floor, facing and
+    contacts. The content is the whole take, not four windows; the style the first window of 240
     rows, padded where it is shorter. The code's floor, under which it lets no foot go, comes to the
     take's; it lies up to 0.69 units above the content's lowest toe.
 
@@ -173,7 +176,7 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
     ->  Stylised.   Raises ValueError.
     """
     both = take.positions, style
-    sizes = [network.hips / standing_hips(positions) for positions in both]
+    sizes = [unit_of(positions) for positions in both]
     content, wanted = (rows.encode(positions * size) for positions, size in zip(both, sizes))
     windows = rows.windows(wanted)
     if not len(windows):

@@ -21,10 +21,11 @@ import numpy as np
 
 from ..storage import FormatError, atomic_write, is_special, plausible, read_arrays, read_bytes
 from .network import Params
-from .rows import NUMBERS, POINTS, POSITIONS, Normaliser
+from .rows import HIPS_HEIGHT, NUMBERS, POINTS, POSITIONS, Normaliser
 
 ARRAYS = {"We": "L000_L001_W", "be": "L000_L002_b", "Wd": "L001_L002_W", "bd": "L001_L003_b"}
 MEAN, DEVIATION = "Xmean", "Xstd"
+HIPS_RANGE = 10.0, 30.0                                          # units that mean hips may have
 LARGEST_ARRAY = 1 << 27                                          # bytes, and of a whole file; theirs has 3.7 million
 
 
@@ -34,7 +35,7 @@ def read_network(path: str | Path) -> Params:
     path  ->  We (m, 73, K), be (m,), Wd (73, m, K), bd (73,), as cross-correlations, in the file's
     precision.   Raises FormatError for anything else, OSError.
     """
-    found = _arrays(path, ARRAYS.values(), "an authors' network")
+    found = _arrays(path, ARRAYS.values(), "a network like the authors' network_core.npz")
     W, V = found[ARRAYS["We"]], found[ARRAYS["Wd"]]
     if W.ndim != 3 or W.shape[1] != NUMBERS or not W.size or not W.shape[2] % 2:
         raise FormatError(f"{path}: found {ARRAYS['We']} of shape {W.shape}, needed (hidden units, "
@@ -58,7 +59,7 @@ def read_preprocess(path: str | Path) -> Normaliser:
 
     path  ->  Normaliser.   Raises FormatError for anything else, OSError.
     """
-    found = _arrays(path, (MEAN, DEVIATION), "an authors' normaliser")
+    found = _arrays(path, (MEAN, DEVIATION), "a normaliser like the authors' preprocess_core.npz")
     for name, array in found.items():
         if array.size != NUMBERS:
             raise FormatError(f"{path}: found {name} of shape {array.shape}, needed {NUMBERS} numbers")
@@ -81,15 +82,15 @@ def save_preprocess(path: str | Path, normaliser: Normaliser) -> None:
 
 
 def check_pair(normaliser: Normaliser, path: str | Path) -> None:
-    """Refuse a normaliser in which no body stands: the door brings clips to its size.
+    """Refuse a normaliser of another unit: contacts, floor and losses of the 2016 code know only its own.
 
     Raises FormatError that names the file.
     """
     hips = float(normaliser.mean[POSITIONS.start + 1])
-    if not 1e-3 <= hips <= 1e6:
+    if not HIPS_RANGE[0] <= hips <= HIPS_RANGE[1]:
         raise FormatError(f"{path}: found hips {hips:g} above the floor on average (number "
-                          f"{POSITIONS.start + 1} of {MEAN}), needed a standing body's: 17.00 in the "
-                          "authors' file")
+                          f"{POSITIONS.start + 1} of {MEAN}), needed some {HIPS_HEIGHT:g}: the 2016 code's "
+                          "losses are in its own unit, of which a leg has 14.8")
     if np.abs(normaliser.mean[:POSITIONS.start]).max() > 1e-3 * normaliser.deviation[POINTS].max():
         raise FormatError(f"{path}: found a reference joint that is not at 0 on average (numbers 0 to 2 "
                           f"of {MEAN}), needed one, or the numbers have another order")

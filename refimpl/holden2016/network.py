@@ -3,14 +3,14 @@ r"""The 2016 code's autoencoder (`network.py` and the layers under `nn/`), each 
     L(X)  = Psi(ReLU((X . kept) * We + be))          Psi: max-pooling over two frames
     L+(H) = (Psi+(H) . kept) * Wd + bd               Psi+: half of each value to both frames
 
-While it learns, both dropouts keep three numbers of four and divide them by 0.75, and Psi+ gives one
+While it learns, both dropouts keep each number with probability 3/4 and divide it by 0.75, and Psi+ gives one
 of the two frames, by chance, the whole value. The decoder has filters and biases of its own: nothing
 is tied, unlike equation 2 of Holden 2017.
 
 Motions are (N, 73, T), normalised. Parameters are a dict: We (m, 73, K), be (m,), Wd (73, m, K),
 bd (73,). The code's own filters are these reversed in time, since Theano flips them (`files` does
-it). Its kinks are Theano's: ReLU's gradient at 0 is 1 there and 0 here, and every one of equal
-largest elements gets the gradient there, the first one here.
+it). At kinks it differs: Theano's ReLU has the gradient 1 at 0, this one 0; Theano gives every one
+of equal largest elements the gradient, this one the first.
 """
 
 from typing import Any

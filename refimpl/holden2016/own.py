@@ -3,16 +3,16 @@ r"""The system of 2016 in this package's own form, on the 66 numbers and any los
     H = argmin  s mean_squares(Gram(H) - G) + c mean_squares(H - L(C)),       s + c = 1
     H = argmin  foot + bone + trajectory of  L+(H) deviation + mean,          begun at L(L+(H))
 
-The path of the second is the content's, walked as fast as the style walks: v_r' = v_r(C) mean |v_r(L+(H))| / mean |v_r(C)|.
+The path of the second is the content's, walked as fast as the result of the first search walks: v_r' = v_r(C) mean |v_r(L+(H))| / mean |v_r(C)|.
 
 From the 2016 code (`search`) it has the noise, the second encoding, the means of squares and the numbers of steps. Its own are:
 
 - G is the style's Gram matrix scaled to the content's frames (`losses.style_target`): the code asks for half the energy of a style
   window of half its length, and damps the motion;
-- s = 0.003, not 0.1 / 1.1: its square grows with the fourth power of the hidden units, which this package's usual normaliser makes 2.4
-  times larger (2.4^4 = 33); with the 2016 normaliser it is the code's;
-- Adam's rate is 0.1 and falls to 0 in the second half of the steps. With the code's 0.01 a unit moves by 2.5 in 250 steps, less than hidden
-  units of this size have to: begun at noise, the search has then only begun (it leaves 82 % of the style distance, this 17 %);
+- s = 0.003, not 0.1 / 1.1: the style term grows with the fourth power of the hidden units, the content term with the second, and this
+  package's usual normaliser makes them 2.4 times larger; 0.003 was found by trial. With the 2016 normaliser s is the code's;
+- Adam's rate is 0.1 and falls to 0 in the second half of the steps. With the code's 0.01 a unit moves by some 2.5 in 250 steps while
+  gradients keep their size, less than units of this size have to: begun at noise, that leaves 0.82 of the style distance, this 0.16;
 - the constraints are the sums of equations 7 to 9, in which a foot weighs a tenth of what it does in training by norms: with that the
   legs shake, with this feet slide little more than the content's do (15 against 12 cm/s), and `foot_ik` can lock them;
 - several exemplars count as one long one, and contacts are not among the numbers.

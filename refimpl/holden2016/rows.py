@@ -35,7 +35,8 @@ NUMBERS = CONTACTS.stop
 WINDOW, STEP, SHORTEST = 240, 120, 30
 SLOW, HEEL_HEIGHT, TOE_HEIGHT = 0.05, 3.0, 2.0                   # squared units a frame; units above the floor
 FEET_SHARE = 0.9                                                 # of the others' deviation
-HIPS_HEIGHT = 17.0                                               # over the floor, on average, in the authors' normaliser
+HIPS_HEIGHT = 17.0                                               # over the floor: the code's unit, by its authors' normaliser
+HIPS_PER_LEG = 1.12                                              # standing hips over thigh + shin, on bodies as different as an actor's and a made one
 
 
 def read_points(path: str, overrides: dict[str, str] | None = None) -> np.ndarray:
@@ -59,9 +60,10 @@ def floor_height(positions: np.ndarray) -> float:
 
         floor = min h - ln(1/2 + exp(min h - max h))
 
-    It lies up to 0.69 units above the lowest toe where the toe rises high, and depends on the unit.
-    The code means all four feet; its indices are used before the reference joint is put in front, so
-    that of them only the toes are feet.
+    It lies up to 0.69 units above the lowest toe where the toe rises high, up to 0.41 below it where
+    it does not, and depends on the unit. The code means all four feet; its indices are used before
+    the reference joint is put in front, so that two of them are toes (the others are an upper leg and
+    the spine, never the lowest).
 
     positions : (T, 21, 3)  ->  height, in their unit
     """
@@ -131,7 +133,7 @@ def encode(positions: np.ndarray) -> np.ndarray:
 def decode(rows: np.ndarray) -> np.ndarray:
     r"""The way back (`AnimationPlot.py`), from place and heading 0: first the turn, then the step.
 
-    rows : (T, 73)  ->  (T, 22, 3): the reference joint, on the floor under the hips, and 21 joints
+    rows : (T, 73)  ->  (T, 22, 3): the reference joint, which is the smoothed root on the floor, and 21 joints
     """
     rows = np.asarray(rows, dtype=float)
     yaw = -np.concatenate([[0.0], np.cumsum(rows[:-1, TURN])])
@@ -146,8 +148,8 @@ def decode(rows: np.ndarray) -> np.ndarray:
 def windows(rows: np.ndarray, length: int = WINDOW, step: int = STEP) -> np.ndarray:
     """Windows of one length (`export.py`): one begins every `step` rows while more than 30 remain.
 
-    A window that the clip does not fill, its last ones too, is padded on both sides with its first
-    and last row, the odd row on the left, velocities 0 in the padding. The clip's own last row keeps
+    A window longer than what is left of the clip is padded on both sides with its first and last row,
+    the odd row on the left, velocities 0 in the padding. The clip's own last row keeps
     its velocity (`prepare.windows` sets it to 0, and ends its last window with the clip).
 
     rows : (T, 73)  ->  (N, length, 73), N = 0 for 30 rows or fewer

@@ -70,7 +70,7 @@ def tail(content: np.ndarray, found: np.ndarray) -> np.ndarray:
 def minimise(H: np.ndarray, loss: Callable, backward: Callable, iterations: int, *,
              rate: float = RATE, epsilon: float = EPSILON, watch: Watch | None = None,
              name: str = "search") -> np.ndarray:
-    """Adam on hidden units (`constrain`, with an epsilon of its own; 1e-8 moves joints by 0.02 units).
+    """Adam on hidden units (`constrain`, with an epsilon of its own).
 
     H : (1, m, U);  loss : H -> (1,), asked only where somebody watches;  backward : H -> dH   ->  H
     """
@@ -110,6 +110,8 @@ def transfer(content: np.ndarray, style: np.ndarray, params: Params, normaliser:
     start : (1, 73, T) of `noise`;  watch : called with the search's name, the iteration and its loss
     ->  Found.   Raises ValueError.
     """
+    if start.shape != (1, NUMBERS, len(content)):
+        raise ValueError(f"start: found shape {start.shape}, needed (1, {NUMBERS}, {len(content)})")
     for name, rows in (("content", content), ("style", style)):
         if rows.ndim != 2 or rows.shape[1] != NUMBERS or not len(rows) or len(rows) % 2:
             raise ValueError(f"{name}: found shape {rows.shape}, needed an even number of rows of "

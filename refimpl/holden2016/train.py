@@ -30,6 +30,8 @@ def train(X: np.ndarray, *, epochs: int = EPOCHS, batch: int = 1, rate: float = 
     if X.ndim != 3 or not len(X) or X.shape[2] % 2:
         raise ValueError(f"X: found shape {X.shape}, needed (windows, numbers, frames) with an even "
                          "number of frames")
+    if batch < 1 or not width % 2:
+        raise ValueError(f"batch, width: found {batch} and {width}, needed at least one window and an odd width")
     if state is None:
         params = init_network(np.random.default_rng(seed), hidden=hidden, width=width,
                               numbers=X.shape[1], dtype=X.dtype)
@@ -55,8 +57,8 @@ def train(X: np.ndarray, *, epochs: int = EPOCHS, batch: int = 1, rate: float = 
 
 
 def draw(rng: np.random.Generator, shape: tuple[int, int, int], hidden: int) -> dict[str, np.ndarray]:
-    """What chance decides for one batch: three numbers of four are kept before each convolution, and
-    one frame of each pair gets a hidden unit's whole value.
+    """What chance decides for one batch: each number is kept with probability 3/4 before each
+    convolution, and one frame of each pair gets a hidden unit's whole value.
 
     shape : (N, 73, T), hidden : m  ->  the keywords of `network.autoencoder_loss`
     """

@@ -21,7 +21,7 @@ def world():
     dataset = assemble([(m.name, make_take(m.clip)) for m in motions], {m.name: (m.content, m.style) for m in motions}, "made", 0.5)
     windows = bridge.training_windows(dataset.clips)
     net = bridge.Network(network.init_network(np.random.default_rng(3), hidden=6, width=5), rows.fit_normaliser(windows))
-    size = net.hips / bridge.standing_hips(make_take(motions[0].clip).positions)
+    size = bridge.unit_of(make_take(motions[0].clip).positions)
     made = {c.name: bridge.to_rows(bridge.f66.scale(c.features, size), c.contacts) for c in dataset.clips}
     return dataset, net, made
 
@@ -80,5 +80,5 @@ def test_the_command(world, short, tmp_path, capsys):
     told = json.loads((tmp_path / "rows.json").read_text())
     assert len(told["rows"]) == len(experiment.WAYS) + 3 and told["rows"][0]["way"] == "the content itself" and told["rows"][0]["left"] == 1
     assert "as the code is" in capsys.readouterr().out
-    assert main([*run, "--styles", "sad"]) == 2 and "none of sad with the same content" in capsys.readouterr().err
+    assert main([*run, "--styles", "sad"]) == 2 and "no clip of sad for learning" in capsys.readouterr().err
     assert replace(experiment.CODE, name="x").amount == search.AMOUNT

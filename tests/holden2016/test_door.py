@@ -84,7 +84,7 @@ def test_a_member_that_grows_is_refused(pair, tmp_path):
     ({"L001_L002_W": lambda W: W.swapaxes(0, 1)}, "the other way round"),
     ({"L000_L002_b": lambda b: b[:3]}, r"found L000_L002_b of shape \(3, 1\)"),
     ({"L001_L003_b": lambda b: np.tile(b, 2)}, r"found L001_L003_b of shape \(73, 2\)"),
-    ({"L001_L003_b": lambda b: b * np.nan}, "not finite"), ({"L000_L001_W": lambda W: W.astype(complex)}, "needed an authors' network"),
+    ({"L001_L003_b": lambda b: b * np.nan}, "not finite"), ({"L000_L001_W": lambda W: W.astype(complex)}, "needed a network like"),
     ({"L000_L001_W": lambda W: (W * 100).astype(int)}, "found L000_L001_W of int64"), ({"L001_L003_b": None}, "found no L001_L003_b")])
 def test_what_is_wrong_with_a_network_is_named(pair, tmp_path, change, words):
     with np.load(pair[0]) as stored:
@@ -98,7 +98,7 @@ def test_what_is_wrong_with_a_network_is_named(pair, tmp_path, change, words):
 
 @pytest.mark.parametrize("change, words", [
     ({"Xmean": lambda a: a[:, :66]}, "needed 73 numbers"), ({"Xstd": lambda a: -a}, "not above 0"), ({"Xstd": lambda a: 0 * a}, "not above 0"),
-    ({"Xmean": lambda a: 0 * a}, "needed a standing body's"), ({"Xmean": lambda a: a + 99}, "reference joint")])
+    ({"Xmean": lambda a: 0 * a}, "needed some 17"), ({"Xmean": lambda a: 5 * a}, "in its own unit"), ({"Xmean": lambda a: a + 5}, "reference joint")])
 def test_a_normaliser_without_a_body_is_refused(pair, tmp_path, change, words):
     with np.load(pair[1]) as stored:
         arrays = {name: change.get(name, lambda a: a)(stored[name]) for name in stored}
@@ -125,13 +125,17 @@ def test_the_66_numbers_meet_the_73(takes):
 
 def test_bodies_come_to_the_networks_size(takes, made):
     take = takes[0]
-    assert made.hips == pytest.approx(17.0, abs=1.0) and made.leg == pytest.approx(14.785 * made.hips / 17.0)
+    size = bridge.unit_of(take.positions)
+    assert bridge.standing_hips(take.positions * size) == pytest.approx(17.0)
+    assert size * take.leg == pytest.approx(made.leg, rel=0.03)      # by the hips or by the leg, the same size
+    np.testing.assert_allclose(made.features_of(take)[:, F.FORWARD], take.features[:, F.FORWARD] * size)
+    assert made.rows_of(take).shape == (len(take.features) - 1, 73)
     for factor in (0.01, 1.0, 39.0):                             # whatever the unit
         assert bridge.standing_hips(take.positions * factor) == pytest.approx(factor * bridge.standing_hips(take.positions))
     crouched = take.positions.copy()
     crouched[:, :, 1] *= 0.8
     assert bridge.standing_hips(crouched) < bridge.standing_hips(take.positions)
-    assert made.bones.shape == (20,) and (made.bones > 0).all() and made.bones[1] == pytest.approx(7.15 * made.hips / 17.0)
+    assert made.bones.shape == (20,) and (made.bones > 0).all() and made.bones[[1, 2, 5, 6]].sum() / 2 == pytest.approx(made.leg)
 
 
 def test_as_a_loss_network_of_2017_it_says_the_same(made, takes):
@@ -207,7 +211,7 @@ def test_a_network_that_passes_motion_through_gives_the_content_back(takes, made
     We[np.arange(73), np.arange(73), 1], We[np.arange(73) + 73, np.arange(73), 1] = 1.0, -1.0
     Wd = np.swapaxes(We, 0, 1) * 2                               # the depooling halves
     through = bridge.Network({"We": We, "be": np.zeros(146), "Wd": Wd, "bd": np.zeros(73)}, made.normaliser)
-    size = through.hips / bridge.standing_hips(content.positions)
+    size = bridge.unit_of(content.positions)
     made_rows = rows.encode(content.positions * size)[:120]
     slow = np.repeat(made_rows[::2], 2, axis=0)                  # pairs of equal frames: pooling loses nothing
     start = through.normaliser.apply(slow)[None]
