@@ -26,7 +26,8 @@ def add_command(papers):
                          help="what `refimpl prepare` wrote, with clips held out")
     for name, what in (("network", "the authors' network_core.npz, or of `refimpl train-2016`"),
                        ("preprocess", "its normaliser")):
-        command.add_argument(f"--{name}", metavar="FILE.npz", type=InputPath, required=True, help=what)
+        command.add_argument(f"--{name}", metavar="FILE.npz", type=InputPath, required=True,
+                             help=what)
     command.add_argument("--clips", metavar="REGEX", type=pattern, default="",
                          help="only clips in whose name this is found")
     command.add_argument("--contents", metavar="NAME", default="normal",
@@ -50,13 +51,18 @@ def run(arguments):
              for style in _longest(c for c in found if c.style == name and c.content == clip.content
                                    and not c.held_out and len(c.features) > rows.SHORTEST)]
     if not pairs:
-        missing = (f"no clip of {arguments.contents!r} held out" if not contents else
-                   f"no clip of {arguments.styles} for learning with the content of one of {arguments.contents!r} held out")
-        raise ValueError(f"{arguments.motions}: found {missing}, needed some; do --contents, --styles and --clips fit?")
+        missing = (
+            f"no clip of {arguments.contents!r} held out" if not contents else
+            f"no clip of {arguments.styles} for learning with the content of one of {arguments.contents!r} held out"
+        )
+        raise ValueError(
+            f"{arguments.motions}: found {missing}, needed some; do --contents, --styles and --clips fit?"
+        )
     progress = Progress(len(pairs) * (len(code_2016.WAYS) + 3), "search", seconds=3.0)
     measured = []
-    for row in code_2016.table([(f"{clip.name} in style {style.style}", as_rows(clip), as_rows(style), clip.fps)
-                                for clip, style in pairs], network, arguments.seed):
+    for row in code_2016.table([
+        (f"{clip.name} in style {style.style}", as_rows(clip), as_rows(style), clip.fps)
+            for clip, style in pairs], network, arguments.seed):
         measured.append(row)
         progress.step(f"{row['pair']}: {row['way']}")
     print(f"{len(pairs)} pairs of {len(contents)} contents with styles {arguments.styles}; medians")

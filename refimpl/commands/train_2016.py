@@ -1,4 +1,6 @@
-"""`refimpl train-2016`: the network of the 2016 code, trained on a user's clips, in files like the authors' own."""
+"""`refimpl train-2016`: the network of the 2016 code, trained on a user's clips, in files like the
+authors' own.
+"""
 
 import numpy as np
 
@@ -18,29 +20,45 @@ window and epoch at full width. The script's rate of 1e-5 is for the authors' la
 
 
 def add_commands(commands):
-    command = commands.add_parser("train-2016", help="train the network of the 2016 system", description=DESCRIPTION)
-    command.add_argument("motions", metavar="MOTIONS.npz", type=InputPath, help="what `refimpl prepare` wrote")
-    command.add_argument("-o", "--output", metavar="NETWORK.npz", type=OutputPath, required=True, help="the network, like network_core.npz")
-    command.add_argument("--preprocess", metavar="PREPROCESS.npz", type=OutputPath, required=True, help="its normaliser, like preprocess_core.npz")
+    command = commands.add_parser("train-2016", help="train the network of the 2016 system",
+                                  description=DESCRIPTION)
+    command.add_argument("motions", metavar="MOTIONS.npz", type=InputPath,
+                         help="what `refimpl prepare` wrote")
+    command.add_argument("-o", "--output", metavar="NETWORK.npz", type=OutputPath, required=True,
+                         help="the network, like network_core.npz")
+    command.add_argument("--preprocess", metavar="PREPROCESS.npz", type=OutputPath, required=True,
+                         help="its normaliser, like preprocess_core.npz")
     training_options(command, epochs=EPOCHS, rate=RATE, batch=1, threads=False)
-    command.add_argument("--hidden", type=whole(1), default=256, metavar="M", help="hidden units (default: %(default)s)")
+    command.add_argument("--hidden", type=whole(1), default=256, metavar="M",
+                         help="hidden units (default: %(default)s)")
     command.set_defaults(run=run)
 
 
 def run(arguments):
     if not arguments.width % 2:
-        raise ValueError(f"--width: found {arguments.width}, needed an odd number, as the authors' files have")
+        raise ValueError(
+            f"--width: found {arguments.width}, needed an odd number, as the authors' files have")
     dataset = load_dataset(arguments.motions)
     windows = bridge.training_windows(dataset.select(held_out=False))
     if not len(windows):
-        raise ValueError(f"{arguments.motions}: found no clip of more than {rows.SHORTEST} frames to train on, needed some that are not held out")
+        raise ValueError(
+            f"{arguments.motions}: found no clip of more than {rows.SHORTEST} frames to train on, needed some that are not held out"
+        )
     normaliser = rows.fit_normaliser(windows)
     X = np.ascontiguousarray(normaliser.apply(windows), np.float32)
-    print(f"{len(X)} windows of {X.shape[2]} frames of {dataset.source}, remainders padded as the 2016 code does")
-    settings = {name: getattr(arguments, name) for name in ("epochs", "batch", "rate", "hidden", "width", "seed")}
-    like = init_network(np.random.default_rng(0), hidden=arguments.hidden, width=arguments.width, dtype=X.dtype)
-    params = follow(arguments, fingerprint(["2016", settings], X), like, ("loss",), lambda **how: train(X, **how, **settings))
+    print(
+        f"{len(X)} windows of {X.shape[2]} frames of {dataset.source}, remainders padded as the 2016 code does"
+    )
+    settings = {
+        name: getattr(arguments, name)
+        for name in ("epochs", "batch", "rate", "hidden", "width", "seed")}
+    like = init_network(np.random.default_rng(0), hidden=arguments.hidden, width=arguments.width,
+                        dtype=X.dtype)
+    params = follow(arguments, fingerprint(["2016", settings], X), like, ("loss", ),
+                    lambda **how: train(X, **how, **settings))
     save_network(arguments.output, params)
     save_preprocess(arguments.preprocess, normaliser)
     finish(arguments)
-    print(f"{arguments.output}, {arguments.preprocess}: {arguments.hidden} hidden units, filters of {arguments.width} frames")
+    print(
+        f"{arguments.output}, {arguments.preprocess}: {arguments.hidden} hidden units, filters of {arguments.width} frames"
+    )

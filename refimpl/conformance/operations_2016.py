@@ -20,8 +20,8 @@ def encode(X: np.ndarray, We: np.ndarray, be: np.ndarray, *,
            kept: np.ndarray | None = None) -> np.ndarray:
     """The encoder of the 2016 code:   H = max_pool1d(relu(conv1d(X kept / 0.75, We, be)), 2)
 
-    X : (N, C, T), We : (m, C, K), be : (m,);  kept : (N, C, T) of 0 and 1; without it X goes in as it
-    is   ->  (N, m, T // 2)
+    X : (N, C, T), We : (m, C, K), be : (m,);  kept : (N, C, T) of 0 and 1; without it X goes in as
+    it is   ->  (N, m, T // 2)
     """
     return network.encode(X, {"We": We, "be": be}, kept=kept)
 
@@ -40,8 +40,8 @@ def decode(H: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, chosen: np.ndarray 
         X = conv1d(avg_depool1d(H, 2) kept / 0.75, Wd, bd)
 
     H : (N, m, U), Wd : (C, m, K), bd : (C,);  chosen : (N, m, U) of 0 and 1, with which
-    random_depool1d(H, chosen, 2) stands in the place of avg_depool1d;  kept : (N, m, 2 U) of 0 and 1,
-    without it nothing is dropped   ->  (N, C, 2 U)
+    random_depool1d(H, chosen, 2) stands in the place of avg_depool1d;  kept : (N, m, 2 U) of 0 and
+    1, without it nothing is dropped   ->  (N, C, 2 U)
     """
     return network.decode(H, {"Wd": Wd, "bd": bd}, chosen=chosen, kept=kept)
 
@@ -54,11 +54,11 @@ def decode_backward(dX: np.ndarray, H: np.ndarray, Wd: np.ndarray, bd: np.ndarra
     return dH, g["Wd"], g["bd"]
 
 
-def autoencoder_loss(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *,
-                     kept: np.ndarray | None = None, chosen: np.ndarray | None = None,
+def autoencoder_loss(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray,
+                     *, kept: np.ndarray | None = None, chosen: np.ndarray | None = None,
                      kept_hidden: np.ndarray | None = None) -> Any:
-    """What the 2016 code's network learns by, of X encoded with `kept` and decoded with `chosen` and
-    `kept_hidden`:
+    """What the 2016 code's network learns by, of X encoded with `kept` and decoded with `chosen`
+    and `kept_hidden`:
 
         mean_squares(decode_2016(encode_2016(X)) - X) + 0.001 mean |We| + 0.00125 mean |Wd|
 
@@ -68,10 +68,10 @@ def autoencoder_loss(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarr
     return network.autoencoder_loss(X, params, kept=kept, chosen=chosen, kept_hidden=kept_hidden)
 
 
-def autoencoder_loss_backward(
-        dloss: Any, X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *,
-        kept: np.ndarray | None = None, chosen: np.ndarray | None = None,
-        kept_hidden: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+def autoencoder_loss_backward(dloss: Any, X: np.ndarray, We: np.ndarray, be: np.ndarray,
+                              Wd: np.ndarray, bd: np.ndarray, *, kept: np.ndarray | None = None,
+                              chosen: np.ndarray | None = None,
+                              kept_hidden: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
     """dloss : scalar  ->  dX (N, C, T), as input and as what is wanted, dWe, dbe, dWd, dbd"""
     params = {"We": We, "be": be, "Wd": Wd, "bd": bd}
     dX, g = network.autoencoder_loss_backward(dloss, X, params, kept=kept, chosen=chosen,
@@ -105,8 +105,9 @@ def autoencoder_loss_definition(
                               kept=kept_hidden)
     squares = ((again - X) ** 2).ravel()
     filters = [(0.01 / 5 / 2, We), (0.01 / 4 / 2, Wd)]
-    return np.asarray(sum(squares) / len(squares)
-                      + sum(share * sum(abs(w) for w in W.ravel()) / W.size for share, W in filters))
+    return np.asarray(
+        sum(squares) / len(squares) + sum(share * sum(abs(w) for w in W.ravel()) / W.size
+                                          for share, W in filters))
 
 
 def foot_loss_definition(motion: np.ndarray, contacts: np.ndarray) -> np.ndarray:
@@ -139,8 +140,9 @@ def bone_loss_definition(motion: np.ndarray) -> np.ndarray:
 
 
 def trajectory_loss_definition(motion: np.ndarray, *, wanted: np.ndarray) -> np.ndarray:
-    return np.array([10 * sum((m[66 + i, t] - w[i, t]) ** 2 for i in range(3) for t in range(w.shape[1]))
-                     / (3 * w.shape[1]) for m, w in zip(motion, wanted)])
+    return np.array([
+        10 * sum((m[66 + i, t] - w[i, t])**2 for i in range(3)
+                 for t in range(w.shape[1])) / (3 * w.shape[1]) for m, w in zip(motion, wanted)])
 
 
 def search_loss_definition(H: np.ndarray, *, content: np.ndarray, gram: np.ndarray,
@@ -149,7 +151,8 @@ def search_loss_definition(H: np.ndarray, *, content: np.ndarray, gram: np.ndarr
                      / (amount + 1) for h, C, G in zip(H, content, gram)])
 
 
-def search_loss(H: np.ndarray, *, content: np.ndarray, gram: np.ndarray, amount: float = 0.1) -> np.ndarray:
+def search_loss(H: np.ndarray, *, content: np.ndarray, gram: np.ndarray,
+                amount: float = 0.1) -> np.ndarray:
     """The first search of the 2016 code, which is about hidden units:
 
         (amount mean_squares(gram - H H^T) + mean_squares(content - H)) / (1 + amount)
@@ -173,7 +176,8 @@ def trajectory_loss(motion: np.ndarray, *, wanted: np.ndarray) -> np.ndarray:
     return losses.trajectory_loss(motion, wanted)
 
 
-def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray, *, wanted: np.ndarray) -> np.ndarray:
+def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray, *,
+                             wanted: np.ndarray) -> np.ndarray:
     """dloss : (N,)  ->  dmotion (N, 73, T)"""
     return losses.trajectory_loss_backward(dloss, motion, wanted)
 
@@ -182,17 +186,21 @@ def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray, *, wanted: n
 
 def encode_samples(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
-    return [Sample("plain", (n((2, 4, 8)), n((5, 4, 3)), n(5))),
-            Sample("a frame left over", (n((1, 3, 7)), n((4, 3, 5)), n(4))),
-            Sample("with dropout", (n((2, 4, 8)), n((5, 4, 3)), n(5)),
-                   {"kept": rng.integers(2, size=(2, 4, 8))}),
-            Sample("all units at their kink", (np.zeros((1, 3, 4)), n((4, 3, 5)), np.zeros(4)),
-                   smooth=False, known={"outputs": (np.zeros((1, 4, 2)),), "upstream": n((1, 4, 2)),
-                                        "gradients": (np.zeros((1, 3, 4)), np.zeros((4, 3, 5)), np.zeros(4))})]
+    return [
+        Sample("plain", (n((2, 4, 8)), n((5, 4, 3)), n(5))),
+        Sample("a frame left over", (n((1, 3, 7)), n((4, 3, 5)), n(4))),
+        Sample("with dropout", (n((2, 4, 8)), n((5, 4, 3)), n(5)),
+               {"kept": rng.integers(2, size=(2, 4, 8))}),
+        Sample(
+            "all units at their kink", (np.zeros((1, 3, 4)), n((4, 3, 5)), np.zeros(4)),
+            smooth=False, known={
+                "outputs": (np.zeros((1, 4, 2)), ), "upstream": n((1, 4, 2)),
+                "gradients": (np.zeros((1, 3, 4)), np.zeros((4, 3, 5)), np.zeros(4))})]
 
 
 def decode_samples(rng: np.random.Generator) -> list[Sample]:
-    n, arrays = rng.standard_normal, (rng.standard_normal((2, 5, 4)), rng.standard_normal((4, 5, 3)))
+    n, arrays = rng.standard_normal, (rng.standard_normal((2, 5, 4)), rng.standard_normal(
+        (4, 5, 3)))
     return [Sample("plain", (*arrays, n(4))),
             Sample("one hidden frame", (n((1, 4, 1)), n((3, 4, 5)), n(3))),
             Sample("by chance", (*arrays, n(4)), {"chosen": rng.integers(2, size=(2, 5, 4)),
@@ -240,21 +248,22 @@ def search_samples(rng: np.random.Generator) -> list[Sample]:
             Sample("more style", (n((2, 3, 4)),), {**constants, "amount": 3.0})]
 
 
-OPERATIONS = (
-    Operation("encode_2016", ("X", "We", "be"), encode, encode_backward, encode_definition,
-              encode_samples, equation="the 2016 code, encoder"),
-    Operation("decode_2016", ("H", "Wd", "bd"), decode, decode_backward, decode_definition,
-              decode_samples, equation="the 2016 code, decoder"),
-    Operation("autoencoder_loss_2016", ("X", "We", "be", "Wd", "bd"), autoencoder_loss,
-              autoencoder_loss_backward, autoencoder_loss_definition, autoencoder_samples, batched=(),
-              equation="the 2016 code, training"),
-    Operation("foot_loss_2016", ("motion", "contacts"), losses.foot_loss, losses.foot_loss_backward,
-              foot_loss_definition, foot_samples, batched=(0, 1), equation="the 2016 code, feet"),
-    Operation("bone_loss_2016", ("motion",), losses.bone_loss, losses.bone_loss_backward,
-              bone_loss_definition, bone_samples, equation="the 2016 code, bones"),
-    Operation("trajectory_loss_2016", ("motion",), trajectory_loss, trajectory_loss_backward,
-              trajectory_loss_definition, trajectory_samples, batched=(),
-              equation="the 2016 code, path"),
-    Operation("search_loss_2016", ("H",), search_loss, search_loss_backward, search_loss_definition,
-              search_samples, batched=(), equation="the 2016 code, search"),
-)
+OPERATIONS = (Operation("encode_2016", ("X", "We", "be"), encode, encode_backward,
+                        encode_definition, encode_samples, equation="the 2016 code, encoder"),
+              Operation("decode_2016", ("H", "Wd", "bd"), decode, decode_backward,
+                        decode_definition, decode_samples, equation="the 2016 code, decoder"),
+              Operation("autoencoder_loss_2016", ("X", "We", "be", "Wd", "bd"), autoencoder_loss,
+                        autoencoder_loss_backward, autoencoder_loss_definition, autoencoder_samples,
+                        batched=(), equation="the 2016 code, training"),
+              Operation("foot_loss_2016", ("motion", "contacts"), losses.foot_loss,
+                        losses.foot_loss_backward, foot_loss_definition, foot_samples,
+                        batched=(0, 1), equation="the 2016 code, feet"),
+              Operation("bone_loss_2016", ("motion", ), losses.bone_loss, losses.bone_loss_backward,
+                        bone_loss_definition, bone_samples, equation="the 2016 code, bones"),
+              Operation("trajectory_loss_2016", ("motion", ), trajectory_loss,
+                        trajectory_loss_backward, trajectory_loss_definition, trajectory_samples,
+                        batched=(), equation="the 2016 code, path"),
+              Operation("search_loss_2016", ("H", ), search_loss, search_loss_backward,
+                        search_loss_definition, search_samples, batched=(),
+                        equation="the 2016 code, search"),
+              )

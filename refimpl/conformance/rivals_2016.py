@@ -1,4 +1,5 @@
-"""Conventions of others for the 2016 code's network and losses, as `rivals` has them for the rest."""
+"""Conventions of others for the 2016 code's network and losses, as `rivals` has them for the rest.
+"""
 
 import numpy as np
 
@@ -15,7 +16,8 @@ def kinks_of_theano(dH, X, We, be, *, kept=None):
     Z = nn.conv1d(D, We, be)
     P = np.repeat(nn.max_pool1d(nn.relu(Z)), 2, axis=2)
     dZ = np.zeros_like(Z)
-    dZ[:, :, :P.shape[2]] = np.repeat(dH, 2, axis=2) * ((nn.relu(Z)[:, :, :P.shape[2]] == P) & (Z[:, :, :P.shape[2]] >= 0))
+    dZ[:, :, :P.shape[2]] = np.repeat(dH, 2, axis=2) * ((nn.relu(Z)[:, :, :P.shape[2]] == P) &
+                                                        (Z[:, :, :P.shape[2]] >= 0))
     dD, dWe, dbe = nn.conv1d_backward(dZ, D, We, be)
     return network.drop(dD, kept), dWe, dbe
 
@@ -76,15 +78,18 @@ def weights_not_divided(H, *, content, gram, amount=0.1):
 
 
 RIVALS = {
-    "encode_2016": [("a dropout that does not divide by 0.75", not_divided(ours.encode)),
-                    ("the filters as Theano has them, not reversed", with_flipped_filters(ours.encode))],
-    "encode_2016_backward": [("Theano's kinks: relu'(0) = 1, ties to all", kinks_of_theano)],
-    "decode_2016": [("depooling by repetition, without the half", depooled_by_repetition),
-                    ("the filters as Theano has them, not reversed", with_flipped_filters(ours.decode))],
-    "autoencoder_loss_2016": [("one weight of 0.01 for both filters", one_sparsity)],
-    "foot_loss_2016": [("the feet without the floor term", without_the_floor),
-                       ("the turning with its sign of 2017", turning_as_in_2017)],
-    "bone_loss_2016": [("arms at the chest, as in 2017", arms_at_the_chest), ("sums for means, as in 2017", sums_for_means)],
-    "trajectory_loss_2016": [("without the factor of 10", without_ten)],
-    "search_loss_2016": [("s and c not divided by their sum", weights_not_divided)],
-}
+    "encode_2016": [
+        ("a dropout that does not divide by 0.75", not_divided(ours.encode)),
+        ("the filters as Theano has them, not reversed", with_flipped_filters(ours.encode))],
+    "encode_2016_backward": [
+        ("Theano's kinks: relu'(0) = 1, ties to all", kinks_of_theano)], "decode_2016": [
+            ("depooling by repetition, without the half", depooled_by_repetition),
+            ("the filters as Theano has them, not reversed", with_flipped_filters(ours.decode))],
+    "autoencoder_loss_2016": [
+        ("one weight of 0.01 for both filters", one_sparsity)], "foot_loss_2016": [
+            ("the feet without the floor term", without_the_floor),
+            ("the turning with its sign of 2017", turning_as_in_2017)], "bone_loss_2016": [
+                ("arms at the chest, as in 2017", arms_at_the_chest),
+                ("sums for means, as in 2017", sums_for_means)], "trajectory_loss_2016": [
+                    ("without the factor of 10", without_ten)], "search_loss_2016": [
+                        ("s and c not divided by their sum", weights_not_divided)], }

@@ -1,4 +1,5 @@
-r"""What each statement of the 2016 code does: its style transfer with one statement changed at a time.
+r"""What each statement of the 2016 code does: its style transfer with one statement changed at a
+time.
 
 Measured on the searched rows themselves, before they are brought onto a skeleton, in the network's
 own scale, and told beside the content. Lengths are in units of the 2016 code, of which a leg has
@@ -29,9 +30,9 @@ class Way:
     """The search with what may be changed of it.
 
     scaled : G scaled to the content's frames;  noise : its deviation in normalised units, None for
-    the code's;  again : encoded again between the searches;  floor : the floor term;  own_bones : the
-    content's lengths for the code's;  tail : the last seven rows replaced;  anneal : Adam's rate
-    falling to 0;  start : "noise" or "content"
+    the code's;  again : encoded again between the searches;  floor : the floor term;
+    own_bones : the content's lengths for the code's;  tail : the last seven rows replaced;
+    anneal : Adam's rate falling to 0;  start : "noise" or "content"
     """
 
     name: str
@@ -68,7 +69,8 @@ def carry_out(content: np.ndarray, style: np.ndarray, network: bridge.Network, w
               seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """`search.transfer`, changed.
 
-    content : (T, 73), style : (T_s, 73), both even  ->  (T, 73) at the end and after the first search
+    content : (T, 73), style : (T_s, 73), both even  ->  (T, 73) at the end and after the first
+    search
     """
     p, normaliser = network.params, network.normaliser
     dtype, one = p["We"].dtype, np.ones(1, p["We"].dtype)
@@ -76,13 +78,16 @@ def carry_out(content: np.ndarray, style: np.ndarray, network: bridge.Network, w
     H_content, H_style = encode(C, p), encode(S, p)
     gram = nn.gram(H_style) * (H_content.shape[2] / H_style.shape[2] if way.scaled else 1.0)
     rng = np.random.default_rng([seed, 4])
-    start = search.noise(rng, len(content)) if way.noise is None else way.noise * rng.standard_normal(C.shape)
+    start = search.noise(
+        rng, len(content)) if way.noise is None else way.noise * rng.standard_normal(C.shape)
     H = H_content if way.start == "content" else encode(start.astype(dtype), p)
-    H = _minimise(H, lambda H: losses.search_loss_backward(one, H, H_content, gram.astype(dtype),
-                                                           amount=way.amount), search.ITERATIONS, way)
+    H = _minimise(
+        H, lambda H: losses.search_loss_backward(one, H, H_content, gram.astype(dtype), amount=way.
+                                                 amount), search.ITERATIONS, way)
     X = decode(H, p)
     tail = search.tail(content, normaliser.undo(X[0]))
-    contacts, wanted = content[:, rows.CONTACTS].T[None].astype(dtype), tail[:, :3].T[None].astype(dtype)
+    contacts, wanted = content[:, rows.CONTACTS].T[None].astype(dtype), tail[:, :3].T[None].astype(
+        dtype)
 
     lengths = _lengths(content) if way.own_bones else losses.LENGTHS
 
@@ -112,7 +117,8 @@ def _constraints_backward(H, network, contacts, wanted, lengths, floor):
     deviation, mean = (a[:, None].astype(H.dtype) for a in (normaliser.deviation, normaliser.mean))
     motion = decode(H, p) * deviation + mean
     dmotion = losses.foot_loss_backward(third, motion, contacts)
-    if not floor:                                                # all that feet cost where none is planted
+    # all that feet cost where none is planted
+    if not floor:
         dmotion -= losses.foot_loss_backward(third, motion, 0 * contacts)
     share = third / (len(losses.BONES) * motion.shape[2])
     dmotion += losses.as_66_backward(losses_2017.bone_loss_backward(
@@ -132,14 +138,15 @@ def measure(result: np.ndarray, styled: np.ndarray, content: np.ndarray, style: 
             network: bridge.Network, fps: float) -> Row:
     """What there is to say about rows (T, 73) beside their content's.
 
-    *left*: distance of the Gram matrix a frame from the style's, the content's own = 1;  *first*: the
-    same of `styled`, the motion after the first search;  *excursion*:
-    how far the joints move about, *speed*, *jerk* at the recording's rate, over the content's;
-    *moved*: mean distance of a joint from the content's, and *sunk*: how deep the lower foot is under
-    the floor on average, both in units;  *bones*: mean relative change of a bone's length
+    *left*: distance of the Gram matrix a frame from the style's, the content's own = 1;  *first*:
+    the same of `styled`, the motion after the first search;  *excursion*: how far the joints move
+    about, *speed*, *jerk* at the recording's rate, over the content's; *moved*: mean distance of a
+    joint from the content's, and *sunk*: how deep the lower foot is under the floor on average,
+    both in units;  *bones*: mean relative change of a bone's length
     """
     def grams(r):
-        return nn.gram(encode(network.normaliser.apply(r)[None].astype(float), _wide(network)))[0] / (len(r) // 2)
+        return nn.gram(encode(network.normaliser.apply(r)[None].astype(float),
+                              _wide(network)))[0] / (len(r) // 2)
 
     def excursion(r):
         return np.std(r[:, rows.POSITIONS], axis=0).sum()
@@ -153,11 +160,13 @@ def measure(result: np.ndarray, styled: np.ndarray, content: np.ndarray, style: 
              for r in (result, content)]
     lengths = [np.stack([np.linalg.norm(p[:, a] - p[:, b], axis=-1) for a, b in losses_2017.BONES])
                for p in points]
-    return {"first": left[1] / left[2], "left": left[0] / left[2], "excursion": excursion(result) / excursion(content),
-            "speed": speed(result) / max(speed(content), 1e-9), "jerk": jerks[0] / jerks[1],
-            "bones": float(np.mean(np.abs(lengths[0] / np.median(lengths[1], axis=1)[:, None] - 1))),
-            "moved": float(np.linalg.norm(points[0] - points[1], axis=-1).mean()),
-            "sunk": float(np.maximum(0, -points[0][:, FEET, 1].min(axis=1)).mean())}
+    return {
+        "first": left[1] / left[2], "left": left[0] / left[2],
+        "excursion": excursion(result) / excursion(content),
+        "speed": speed(result) / max(speed(content), 1e-9), "jerk": jerks[0] / jerks[1],
+        "bones": float(np.mean(np.abs(lengths[0] / np.median(lengths[1], axis=1)[:, None] - 1))),
+        "moved": float(np.linalg.norm(points[0] - points[1], axis=-1).mean()),
+        "sunk": float(np.maximum(0, -points[0][:, FEET, 1].min(axis=1)).mean())}
 
 
 def own_form(content: np.ndarray, style: np.ndarray, network: bridge.Network, seed: int = 0, *,
@@ -166,8 +175,9 @@ def own_form(content: np.ndarray, style: np.ndarray, network: bridge.Network, se
     bones.   first : without the second search   ->  (T, 73)"""
     features = bridge.to_features(content)
     settings = own.Settings(constraint_iterations=0) if first else own.Settings()
-    moved = own.optimise(features, content[:, rows.CONTACTS], [bridge.to_features(style)], network.manifold(),
-                         bones=bone_lengths(world(features, Start())), settings=settings, seed=seed)
+    moved = own.optimise(features, content[:, rows.CONTACTS], [bridge.to_features(style)],
+                         network.manifold(), bones=bone_lengths(world(features, Start())),
+                         settings=settings, seed=seed)
     return bridge.to_rows(moved, content[:, rows.CONTACTS])
 
 
@@ -183,9 +193,12 @@ def table(pairs: Sequence[tuple[str, np.ndarray, np.ndarray, float]], network: b
         content = content[:len(content) - len(content) % 2]
         X = network.normaliser.apply(content)[None].astype(network.params["We"].dtype)
         projected = network.normaliser.undo(project(X, network.params)[0])
-        results = {"the content itself": (content, content), "the content, projected": (projected, projected)}
+        results = {
+            "the content itself": (content, content),
+            "the content, projected": (projected, projected)}
         results.update((way.name, carry_out(content, style, network, way, seed)) for way in WAYS)
-        results[OWN] = own_form(content, style, network, seed), own_form(content, style, network, seed, first=True)
+        results[OWN] = own_form(content, style, network,
+                                seed), own_form(content, style, network, seed, first=True)
         for way, both in results.items():
             yield {"way": way, "pair": name, **measure(*both, content, style, network, fps)}
 

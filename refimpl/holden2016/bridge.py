@@ -1,4 +1,5 @@
-r"""Where the 66 numbers of 2017 meet the 73 of 2016, and the 2016 network as a loss network of 2017.
+r"""Where the 66 numbers of 2017 meet the 73 of 2016, and the 2016 network as a loss network of
+2017.
 
     rows 0..2     the reference joint, always 0
     rows 3..65    positions
@@ -53,8 +54,8 @@ def to_features(made: np.ndarray) -> np.ndarray:
 
 
 def standing_hips(positions: np.ndarray) -> float:
-    """How high the hips are above the soles of the toes when a body stands straight: the lowest ankle
-    over the lowest toe, the leg, and from the leg to the hips; of whatever the body does.
+    """How high the hips are above the soles of the toes when a body stands straight: the lowest
+    ankle over the lowest toe, the leg, and from the leg to the hips; of whatever the body does.
 
     positions : (T, 21, 3), y up  ->  height in their unit
     """
@@ -79,7 +80,8 @@ class Network:
     params: Params = field(repr=False)
     normaliser: rows.Normaliser = field(repr=False)
 
-    leg = rows.HIPS_HEIGHT / rows.HIPS_PER_LEG                   # of a body whose hips stand at 17.00
+    # of a body whose hips stand at 17.00
+    leg = rows.HIPS_HEIGHT / rows.HIPS_PER_LEG
 
     @property
     def bones(self) -> np.ndarray:
@@ -118,23 +120,28 @@ class Network:
         return to_features(self.normaliser.undo(decode(H, self.params)[0]))
 
     def project(self, features: np.ndarray, contacts: np.ndarray | None = None) -> np.ndarray:
-        """P(X) = L+(L(X)); an odd last frame is doubled and dropped again.   (T, 66), (T, 4)  ->  (T, 66)"""
+        """P(X) = L+(L(X)); an odd last frame is doubled and dropped again.
+        (T, 66), (T, 4)  ->  (T, 66)
+        """
         even, planted = _even(features), None if contacts is None else _even(contacts)
         return self.decode(self.encode(even, planted))[:len(features)]
 
     def manifold(self) -> Manifold:
         """This network as a loss network of 2017, on the 66 numbers.
 
-        Contacts are at their mean there, so that their filters meet zeros. The decoder keeps its own
-        filters V0 and biases c0 (`holden2017.networks.decode`).   ->  Manifold
+        Contacts are at their mean there, so that their filters meet zeros. The decoder keeps its
+        own filters V0 and biases c0 (`holden2017.networks.decode`).   ->  Manifold
         """
         p, normaliser = self.params, self.normaliser
         sign = SIGN.astype(p["We"].dtype)
-        decoder = (p["Wd"][ORDER] * sign[:, None, None])[:, :, ::-1].swapaxes(0, 1)      # (m, 66, K)
+        # (m, 66, K)
+        decoder = (p["Wd"][ORDER] * sign[:, None, None])[:, :, ::-1].swapaxes(0, 1)
         params = {"W0": np.ascontiguousarray(p["We"][:, ORDER] * sign[:, None]), "b0": p["be"],
                   "V0": np.ascontiguousarray(decoder), "c0": p["bd"][ORDER] * sign}
-        return Manifold(params, Normaliser66(normaliser.mean[ORDER] * SIGN, normaliser.deviation[ORDER],
-                                             SOURCE, "2016"), self.leg, self.bones)
+        return Manifold(
+            params,
+            Normaliser66(normaliser.mean[ORDER] * SIGN, normaliser.deviation[ORDER], SOURCE,
+                         "2016"), self.leg, self.bones)
 
 
 def read(network: str, preprocess: str) -> Network:
@@ -157,7 +164,8 @@ def training_windows(clips: Iterable[Labelled]) -> np.ndarray:
     if not clips:
         return np.zeros((0, rows.WINDOW, rows.NUMBERS))
     size = float(np.median([unit_of(f66.decode(c.features)) for c in clips]))
-    return np.concatenate([rows.windows(to_rows(f66.scale(c.features, size), c.contacts)) for c in clips])
+    return np.concatenate([
+        rows.windows(to_rows(f66.scale(c.features, size), c.contacts)) for c in clips])
 
 
 def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = True,
@@ -166,8 +174,8 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
              watch: search.Watch | None = None) -> Stylised:
     """A take in a style by the 2016 code's own search, on the take's own skeleton.
 
-    Both are brought to the code's unit and made rows of by `rows.encode`: the code's floor, facing and
-    contacts. The content is the whole take, not four windows; the style the first window of 240
+    Both are brought to the code's unit and made rows of by `rows.encode`: the code's floor, facing
+    and contacts. The content is the whole take, not four windows; the style the first window of 240
     rows, padded where it is shorter. The code's floor, under which it lets no foot go, comes to the
     take's; it lies up to 0.69 units above the content's lowest toe.
 
@@ -180,19 +188,22 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
     content, wanted = (rows.encode(positions * size) for positions, size in zip(both, sizes))
     windows = rows.windows(wanted)
     if not len(windows):
-        raise ValueError(f"style: found {len(wanted)} rows, needed more than {rows.SHORTEST} at 60 a second")
+        raise ValueError(
+            f"style: found {len(wanted)} rows, needed more than {rows.SHORTEST} at 60 a second")
     content = _even(content)
     start = search.noise(np.random.default_rng([seed, 4]), len(content))
     found = search.transfer(content, windows[0], network.params, network.normaliser, start=start,
                             amount=amount, iterations=iterations,
                             constraint_iterations=constraint_iterations, watch=watch)
     moved = to_features(found.result)
-    if len(moved) < len(take.features):                          # a row leads to the next frame: the last has none
+    # a row leads to the next frame: the last has none
+    if len(moved) < len(take.features):
         moved = np.concatenate([moved, moved[-1:]])
     moved = f66.scale(moved[:len(take.features)], 1 / sizes[0])
     return onto_skeleton(take, moved, clean=clean)
 
 
 def _even(frames):
-    """Frames in an even number, the last one doubled, for the pooling.   (T, n)  ->  (T + T % 2, n)"""
+    """Frames in an even number, the last one doubled, for the pooling.   (T, n)  ->  (T + T % 2, n)
+    """
     return np.concatenate([frames, frames[-1:]]) if len(frames) % 2 else frames

@@ -1,8 +1,9 @@
 r"""The authors' network and normaliser as files: a user's own copy of what they published.
 
-`network_core.npz` and `preprocess_core.npz` are theirs and not part of this package; whoever has them
-may use them here under their licence (academic and other non-commercial use). The same two kinds of
-file are written by `save_network` and `save_preprocess` for a network that was trained here.
+`network_core.npz` and `preprocess_core.npz` are theirs and not part of this package; whoever has
+them may use them here under their licence (academic and other non-commercial use). The same two
+kinds of file are written by `save_network` and `save_preprocess` for a network that was trained
+here.
 
 | array         | shape      | what                                                                  |
 | ------------- | ---------- | --------------------------------------------------------------------- |
@@ -26,7 +27,8 @@ from .rows import HIPS_HEIGHT, NUMBERS, POINTS, POSITIONS, Normaliser
 ARRAYS = {"We": "L000_L001_W", "be": "L000_L002_b", "Wd": "L001_L002_W", "bd": "L001_L003_b"}
 MEAN, DEVIATION = "Xmean", "Xstd"
 HIPS_RANGE = 10.0, 30.0                                          # units that mean hips may have
-LARGEST_ARRAY = 1 << 27                                          # bytes, and of a whole file; theirs has 3.7 million
+# bytes, and of a whole file; theirs has 3.7 million
+LARGEST_ARRAY = 1 << 27
 
 
 def read_network(path: str | Path) -> Params:
@@ -47,7 +49,8 @@ def read_network(path: str | Path) -> Params:
     for name, size in (("be", hidden), ("bd", NUMBERS)):
         b = found[ARRAYS[name]]
         if b.shape not in ((size, 1), (size,)):
-            raise FormatError(f"{path}: found {ARRAYS[name]} of shape {b.shape}, needed ({size}, 1)")
+            raise FormatError(
+                f"{path}: found {ARRAYS[name]} of shape {b.shape}, needed ({size}, 1)")
     dtype = np.result_type(*found.values())
     found = {name: found[array].astype(dtype) for name, array in ARRAYS.items()}
     return {"We": np.ascontiguousarray(found["We"][:, :, ::-1]), "be": found["be"].ravel(),
@@ -62,7 +65,8 @@ def read_preprocess(path: str | Path) -> Normaliser:
     found = _arrays(path, (MEAN, DEVIATION), "a normaliser like the authors' preprocess_core.npz")
     for name, array in found.items():
         if array.size != NUMBERS:
-            raise FormatError(f"{path}: found {name} of shape {array.shape}, needed {NUMBERS} numbers")
+            raise FormatError(
+                f"{path}: found {name} of shape {array.shape}, needed {NUMBERS} numbers")
     mean, deviation = (found[name].astype(float).ravel() for name in (MEAN, DEVIATION))
     if not (deviation > 0).all():
         raise FormatError(f"{path}: found {DEVIATION} with a number that is not above 0, needed "
@@ -78,22 +82,26 @@ def save_network(path: str | Path, params: Params) -> None:
 
 def save_preprocess(path: str | Path, normaliser: Normaliser) -> None:
     """Write a normaliser as the authors' code does."""
-    _save(path, {MEAN: normaliser.mean[None, :, None], DEVIATION: normaliser.deviation[None, :, None]})
+    _save(path,
+          {MEAN: normaliser.mean[None, :, None], DEVIATION: normaliser.deviation[None, :, None]})
 
 
 def check_pair(normaliser: Normaliser, path: str | Path) -> None:
-    """Refuse a normaliser of another unit: contacts, floor and losses of the 2016 code know only its own.
+    """Refuse a normaliser of another unit: contacts, floor and losses of the 2016 code know only
+    its own.
 
     Raises FormatError that names the file.
     """
     hips = float(normaliser.mean[POSITIONS.start + 1])
     if not HIPS_RANGE[0] <= hips <= HIPS_RANGE[1]:
-        raise FormatError(f"{path}: found hips {hips:g} above the floor on average (number "
-                          f"{POSITIONS.start + 1} of {MEAN}), needed some {HIPS_HEIGHT:g}: the 2016 code's "
-                          "losses are in its own unit, of which a leg has 14.8")
+        raise FormatError(
+            f"{path}: found hips {hips:g} above the floor on average (number "
+            f"{POSITIONS.start + 1} of {MEAN}), needed some {HIPS_HEIGHT:g}: the 2016 code's "
+            "losses are in its own unit, of which a leg has 14.8")
     if np.abs(normaliser.mean[:POSITIONS.start]).max() > 1e-3 * normaliser.deviation[POINTS].max():
-        raise FormatError(f"{path}: found a reference joint that is not at 0 on average (numbers 0 to 2 "
-                          f"of {MEAN}), needed one, or the numbers have another order")
+        raise FormatError(
+            f"{path}: found a reference joint that is not at 0 on average (numbers 0 to 2 "
+            f"of {MEAN}), needed one, or the numbers have another order")
 
 
 def _arrays(path, names, kind):
@@ -105,8 +113,9 @@ def _arrays(path, names, kind):
     except FormatError:
         raise
     except ValueError as error:
-        raise FormatError(f"{path}: found something else or a damaged file ({error}), needed {kind}, "
-                          f"an .npz file with {', '.join(names)}") from None
+        raise FormatError(
+            f"{path}: found something else or a damaged file ({error}), needed {kind}, "
+            f"an .npz file with {', '.join(names)}") from None
     missing = [name for name in names if name not in found]
     if missing:
         raise FormatError(f"{path}: found no {', '.join(missing)}, needed {kind} with "
@@ -116,13 +125,15 @@ def _arrays(path, names, kind):
         if array.dtype not in (np.float32, np.float64):
             raise FormatError(f"{path}: found {name} of {array.dtype}, needed float32 or float64")
         if not plausible(array):
-            raise FormatError(f"{path}: found values in {name} that are not finite or beyond 1e9, needed "
-                              "those of a trained network")
+            raise FormatError(
+                f"{path}: found values in {name} that are not finite or beyond 1e9, needed "
+                "those of a trained network")
     return {name: found[name] for name in names}
 
 
 def _save(path, arrays):
     archive = io.BytesIO()
-    np.savez_compressed(archive, **{name: np.ascontiguousarray(array) for name, array in arrays.items()})
+    np.savez_compressed(archive,
+                        **{name: np.ascontiguousarray(array) for name, array in arrays.items()})
     with atomic_write(path, "wb") as file:
         file.write(archive.getbuffer())

@@ -1,8 +1,8 @@
 r"""What the searches of the 2016 code minimise (`constraints.py`, `demo_style_transfer.py`).
 
 All are *means*, where equations 7 to 9 of Holden 2017 have sums. Each gives one number for each
-clip, (N,); the code's own number is their mean over the clips. Motion is (N, 73, T), denormalised, in
-the code's unit.
+clip, (N,); the code's own number is their mean over the clips. Motion is (N, 73, T), denormalised,
+in the code's unit.
 """
 
 import numpy as np
@@ -51,8 +51,8 @@ def foot_loss(motion: np.ndarray, contacts: np.ndarray) -> np.ndarray:
         1/4 [ 10 mean (contact v_x)^2 + 10 mean (contact v_y)^2 + 10 mean (contact v_z)^2
               + 10 mean min(y, 0)^2 ]
 
-    with v of equation 7, means over 4 feet and T - 1 steps, whether planted or not, and heights y of
-    frames 1 to T - 1. Equation 7 has no floor term.
+    with v of equation 7, means over 4 feet and T - 1 steps, whether planted or not, and heights y
+    of frames 1 to T - 1. Equation 7 has no floor term.
 
     motion : (N, 73, T), contacts : (N, 4, T) of 0 and 1, constants  ->  (N,)
     """
@@ -78,7 +78,8 @@ def bone_loss(motion: np.ndarray) -> np.ndarray:
 def bone_loss_backward(dloss: np.ndarray, motion: np.ndarray) -> np.ndarray:
     """dloss : (N,)  ->  dmotion (N, 73, T)"""
     dloss = dloss / (len(BONES) * motion.shape[2])
-    return as_66_backward(losses.bone_loss_backward(dloss, as_66(motion), LENGTHS, bones=BONES), motion)
+    return as_66_backward(losses.bone_loss_backward(dloss, as_66(motion), LENGTHS, bones=BONES),
+                          motion)
 
 
 def trajectory_loss(motion: np.ndarray, wanted: np.ndarray) -> np.ndarray:
@@ -89,7 +90,8 @@ def trajectory_loss(motion: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return SCALE * nn.mean_squares(motion[:, TRAJECTORY] - wanted)
 
 
-def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray,
+                             wanted: np.ndarray) -> np.ndarray:
     """dloss : (N,)  ->  dmotion (N, 73, T)"""
     dmotion = np.zeros_like(motion)
     dmotion[:, TRAJECTORY] = nn.mean_squares_backward(SCALE * dloss, motion[:, TRAJECTORY] - wanted)
@@ -97,7 +99,9 @@ def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray, wanted: np.n
 
 
 def constraint_loss(motion: np.ndarray, contacts: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """(feet + bones + path) / 3.   motion : (N, 73, T), contacts : (N, 4, T), wanted : (N, 3, T)  ->  (N,)"""
+    """(feet + bones + path) / 3.
+    motion : (N, 73, T), contacts : (N, 4, T), wanted : (N, 3, T)  ->  (N,)
+    """
     return (foot_loss(motion, contacts) + bone_loss(motion) + trajectory_loss(motion, wanted)) / 3
 
 
@@ -115,8 +119,8 @@ def search_loss(H: np.ndarray, content: np.ndarray, gram: np.ndarray, *,
 
         (amount mean (G - H H^T)^2 + mean (L(C) - H)^2) / (1 + amount)
 
-    G is the style's Gram matrix as it is, not scaled to the content's frames: of a style half as long
-    it asks for half the energy a frame.
+    G is the style's Gram matrix as it is, not scaled to the content's frames: of a style half as
+    long it asks for half the energy a frame.
 
     H, content : (N, m, U), gram : (N, m, m)  ->  (N,)
     """

@@ -3,9 +3,9 @@ r"""The 2016 code's autoencoder (`network.py` and the layers under `nn/`), each 
     L(X)  = Psi(ReLU((X . kept) * We + be))          Psi: max-pooling over two frames
     L+(H) = (Psi+(H) . kept) * Wd + bd               Psi+: half of each value to both frames
 
-While it learns, both dropouts keep each number with probability 3/4 and divide it by 0.75, and Psi+ gives one
-of the two frames, by chance, the whole value. The decoder has filters and biases of its own: nothing
-is tied, unlike equation 2 of Holden 2017.
+While it learns, both dropouts keep each number with probability 3/4 and divide it by 0.75, and Psi+
+gives one of the two frames, by chance, the whole value. The decoder has filters and biases of its
+own: nothing is tied, unlike equation 2 of Holden 2017.
 
 Motions are (N, 73, T), normalised. Parameters are a dict: We (m, 73, K), be (m,), Wd (73, m, K),
 bd (73,). The code's own filters are these reversed in time, since Theano flips them (`files` does
@@ -30,12 +30,15 @@ Params = dict[str, np.ndarray]
 def init_network(rng: np.random.Generator, *, hidden: int = 256, width: int = 25,
                  numbers: int = NUMBERS, dtype: Any = np.float64) -> Params:
     """Initial filters uniform within sqrt(6 / ((C_in + C_out) K)), biases 0.   ->  dict"""
-    return {"We": uniform_filters(rng, hidden, numbers, width, dtype), "be": np.zeros(hidden, dtype),
-            "Wd": uniform_filters(rng, numbers, hidden, width, dtype), "bd": np.zeros(numbers, dtype)}
+    return {
+        "We": uniform_filters(rng, hidden, numbers, width, dtype), "be": np.zeros(hidden, dtype),
+        "Wd": uniform_filters(rng, numbers, hidden, width, dtype), "bd": np.zeros(numbers, dtype)}
 
 
 def drop(x: np.ndarray, kept: np.ndarray | None) -> np.ndarray:
-    """Dropout: x where it is kept, divided by 0.75, else 0.   kept : of 0 and 1, or None for all of x"""
+    """Dropout: x where it is kept, divided by 0.75, else 0.
+    kept : of 0 and 1, or None for all of x
+    """
     return x if kept is None else x * (kept / (1 - DROPOUT)).astype(x.dtype)
 
 
@@ -75,7 +78,8 @@ def decode_backward(dX: np.ndarray, H: np.ndarray, params: Params, *,
     D = _before_filters(H, chosen, kept)
     dD, dWd, dbd = nn.conv1d_backward(dX, D, params["Wd"], params["bd"])
     dD = drop(dD, kept)
-    dH = nn.avg_depool1d_backward(dD, H) if chosen is None else nn.random_depool1d_backward(dD, H, chosen)
+    dH = nn.avg_depool1d_backward(dD, H) if chosen is None else nn.random_depool1d_backward(
+        dD, H, chosen)
     return dH, {"Wd": dWd, "bd": dbd}
 
 
@@ -89,19 +93,21 @@ def project(X: np.ndarray, params: Params) -> np.ndarray:
 
 
 def autoencoder_loss(X: np.ndarray, params: Params, *, kept: np.ndarray | None = None,
-                     chosen: np.ndarray | None = None, kept_hidden: np.ndarray | None = None) -> Any:
+                     chosen: np.ndarray | None = None,
+                     kept_hidden: np.ndarray | None = None) -> Any:
     r"""What the trainer minimises:
 
         mean_squares(L+(L(X)) - X) + 0.001 mean|We| + 0.00125 mean|Wd|
 
-    Each part of the network divides 0.01 mean|W| by its number of layers, five and four, and the two
-    together are halved; no bias counts. Equation 3 of the papers has one sum and one weight.
+    Each part of the network divides 0.01 mean|W| by its number of layers, five and four, and the
+    two together are halved; no bias counts. Equation 3 of the papers has one sum and one weight.
 
     X : (N, 73, T), T even;  kept, chosen, kept_hidden : the chances of `encode` and `decode`
     ->  scalar
     """
     again = decode(encode(X, params, kept=kept), params, chosen=chosen, kept=kept_hidden)
-    sparsity = sum(weight * nn.l1(params[name]) / params[name].size for name, weight in SPARSITY.items())
+    sparsity = sum(weight * nn.l1(params[name]) / params[name].size
+                   for name, weight in SPARSITY.items())
     return nn.squared_error(again, X, reduction="mean") + sparsity
 
 

@@ -1,4 +1,5 @@
-r"""The 73 numbers of a frame of the 2016 code, its windows and its normaliser (`export.py`, `train.py`).
+r"""The 73 numbers of a frame of the 2016 code, its windows and its normaliser (`export.py`,
+`train.py`).
 
 | slice       | numbers | meaning                                                                    |
 | ----------- | ------- | -------------------------------------------------------------------------- |
@@ -28,15 +29,19 @@ POSITIONS = slice(3, 3 + 3 * JOINTS)                             # of the 21 joi
 POINTS = slice(0, POSITIONS.stop)
 VELOCITY = slice(POINTS.stop, POINTS.stop + 2)
 TURN = VELOCITY.stop
-TRAJECTORY = slice(VELOCITY.start, TURN + 1)                     # velocity x, z and minus the turning
+# velocity x, z and minus the turning
+TRAJECTORY = slice(VELOCITY.start, TURN + 1)
 CONTACTS = slice(TRAJECTORY.stop, TRAJECTORY.stop + 4)
 NUMBERS = CONTACTS.stop
 
 WINDOW, STEP, SHORTEST = 240, 120, 30
-SLOW, HEEL_HEIGHT, TOE_HEIGHT = 0.05, 3.0, 2.0                   # squared units a frame; units above the floor
+# squared units a frame; units above the floor
+SLOW, HEEL_HEIGHT, TOE_HEIGHT = 0.05, 3.0, 2.0
 FEET_SHARE = 0.9                                                 # of the others' deviation
-HIPS_HEIGHT = 17.0                                               # over the floor: the code's unit, by its authors' normaliser
-HIPS_PER_LEG = 1.12                                              # standing hips over thigh + shin, on bodies as different as an actor's and a made one
+# over the floor: the code's unit, by its authors' normaliser
+HIPS_HEIGHT = 17.0
+# standing hips over thigh + shin, on bodies as different as an actor's and a made one
+HIPS_PER_LEG = 1.12
 
 
 def read_points(path: str, overrides: dict[str, str] | None = None) -> np.ndarray:
@@ -60,10 +65,10 @@ def floor_height(positions: np.ndarray) -> float:
 
         floor = min h - ln(1/2 + exp(min h - max h))
 
-    It lies up to 0.69 units above the lowest toe where the toe rises high, up to 0.41 below it where
-    it does not, and depends on the unit. The code means all four feet; its indices are used before
-    the reference joint is put in front, so that two of them are toes (the others are an upper leg and
-    the spine, never the lowest).
+    It lies up to 0.69 units above the lowest toe where the toe rises high, up to 0.41 below it
+    where it does not, and depends on the unit. The code means all four feet; its indices are used
+    before the reference joint is put in front, so that two of them are toes (the others are an
+    upper leg and the spine, never the lowest).
 
     positions : (T, 21, 3)  ->  height, in their unit
     """
@@ -133,7 +138,8 @@ def encode(positions: np.ndarray) -> np.ndarray:
 def decode(rows: np.ndarray) -> np.ndarray:
     r"""The way back (`AnimationPlot.py`), from place and heading 0: first the turn, then the step.
 
-    rows : (T, 73)  ->  (T, 22, 3): the reference joint, which is the smoothed root on the floor, and 21 joints
+    rows : (T, 73)  ->  (T, 22, 3): the reference joint, which is the smoothed root on the floor,
+    and 21 joints
     """
     rows = np.asarray(rows, dtype=float)
     yaw = -np.concatenate([[0.0], np.cumsum(rows[:-1, TURN])])
@@ -148,9 +154,9 @@ def decode(rows: np.ndarray) -> np.ndarray:
 def windows(rows: np.ndarray, length: int = WINDOW, step: int = STEP) -> np.ndarray:
     """Windows of one length (`export.py`): one begins every `step` rows while more than 30 remain.
 
-    A window longer than what is left of the clip is padded on both sides with its first and last row,
-    the odd row on the left, velocities 0 in the padding. The clip's own last row keeps
-    its velocity (`prepare.windows` sets it to 0, and ends its last window with the clip).
+    A window longer than what is left of the clip is padded on both sides with its first and last
+    row, the odd row on the left, velocities 0 in the padding. The clip's own last row keeps its
+    velocity (`prepare.windows` sets it to 0, and ends its last window with the clip).
 
     rows : (T, 73)  ->  (N, length, 73), N = 0 for 30 rows or fewer
     """
@@ -189,15 +195,17 @@ def fit_normaliser(windows: np.ndarray) -> Normaliser:
     r"""Mean and deviation of the training windows (`train.py`).
 
     Mean: of each number; velocities and turning 0, contacts 0.5. Deviation: of *all 73 numbers of
-    all frames together* for positions, so that the distances between the joints count; 0.9 of it for
-    the feet; 0.9 of that of the two velocities together; 0.9 of that of the turning; contacts 0.5.
+    all frames together* for positions, so that the distances between the joints count; 0.9 of it
+    for the feet; 0.9 of that of the two velocities together; 0.9 of that of the turning; contacts
+    0.5.
 
     windows : (N, T, 73)  ->  Normaliser
     """
     windows = np.asarray(windows, dtype=float)
     if windows.ndim != 3 or windows.shape[2] != NUMBERS or not windows.size:
-        raise ValueError(f"windows: found shape {windows.shape}, needed (N, frames, {NUMBERS}) with at "
-                         "least one window")
+        raise ValueError(
+            f"windows: found shape {windows.shape}, needed (N, frames, {NUMBERS}) with at "
+            "least one window")
     mean = windows.mean(axis=(0, 1))
     mean[TRAJECTORY], mean[CONTACTS] = 0.0, 0.5
     deviation = np.full(NUMBERS, windows.std())
@@ -206,5 +214,6 @@ def fit_normaliser(windows: np.ndarray) -> Normaliser:
     deviation[VELOCITY] = 0.9 * windows[..., VELOCITY].std()
     deviation[TURN] = 0.9 * windows[..., TURN].std()
     deviation[CONTACTS] = 0.5
-    still = deviation <= 0                                       # data that never moves or never turns (a choice)
+    # data that never moves or never turns (a choice)
+    still = deviation <= 0
     return Normaliser(mean, np.where(still, deviation.max(), deviation))

@@ -1,16 +1,20 @@
-r"""The style transfer of the 2016 code (`demo_style_transfer.py`, `constrain`), statement by statement.
+r"""The style transfer of the 2016 code (`demo_style_transfer.py`, `constrain`), statement by
+statement.
 
-1. The content is rows 60 to 179 of four successive windows, 480 frames; the style one window of 240.
+1. The content is rows 60 to 179 of four successive windows, 480 frames; the style one window of
+   240.
 2. G = Gram(L(S)), not scaled to the content's frames.
 3. H begins as L of noise, uniform within sqrt(6 / (73 + T)) of normalised units.
-4. 250 steps of Adam on H, rate 0.01, epsilon 1e-5, down `losses.search_loss`. H may become negative.
+4. 250 steps of Adam on H, rate 0.01, epsilon 1e-5, down `losses.search_loss`. H may become
+   negative.
 5. L+(H), in units. The tail: the content's velocities, times the mean speed of the result over that
    of the content, the content's turning and contacts.
 6. H = L(L+(H)): encoded again, which projects it. 100 steps down `losses.constraint_loss`, with the
    content's contacts and the tail's path.
 7. L+(H); the last seven rows become the tail. There is no clean-up of the feet.
 
-The paper of 2017 tells none of these numbers and steps; `docs/code_of_2016.md` has what each is worth.
+The paper of 2017 tells none of these numbers and steps; `docs/code_of_2016.md` has what each is
+worth.
 """
 
 from collections.abc import Callable
@@ -63,7 +67,8 @@ def tail(content: np.ndarray, found: np.ndarray) -> np.ndarray:
     """
     speeds = [float(np.linalg.norm(rows[:, VELOCITY], axis=1).mean()) for rows in (found, content)]
     rows = content[:, TRAJECTORY.start:].copy()
-    rows[:, :2] *= speeds[0] / speeds[1] if speeds[1] > 0 else 1.0       # a content that stands (a choice)
+    # a content that stands (a choice)
+    rows[:, :2] *= speeds[0] / speeds[1] if speeds[1] > 0 else 1.0
     return rows
 
 
@@ -92,8 +97,9 @@ def constrained_loss(H: np.ndarray, params: Params, normaliser: Normaliser, cont
     return losses.constraint_loss(_in_units(decode(H, params), normaliser), contacts, wanted)
 
 
-def constrained_loss_backward(dloss: np.ndarray, H: np.ndarray, params: Params, normaliser: Normaliser,
-                              contacts: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def constrained_loss_backward(dloss: np.ndarray, H: np.ndarray, params: Params,
+                              normaliser: Normaliser, contacts: np.ndarray,
+                              wanted: np.ndarray) -> np.ndarray:
     """dloss : (N,)  ->  dH (N, m, U), through units, filters and the depooling's halves"""
     motion = _in_units(decode(H, params), normaliser)
     dmotion = losses.constraint_loss_backward(dloss, motion, contacts, wanted)
@@ -103,12 +109,13 @@ def constrained_loss_backward(dloss: np.ndarray, H: np.ndarray, params: Params, 
 
 def transfer(content: np.ndarray, style: np.ndarray, params: Params, normaliser: Normaliser, *,
              start: np.ndarray, amount: float = AMOUNT, iterations: int = ITERATIONS,
-             constraint_iterations: int = CONSTRAINT_ITERATIONS, watch: Watch | None = None) -> Found:
+             constraint_iterations: int = CONSTRAINT_ITERATIONS,
+             watch: Watch | None = None) -> Found:
     """The whole script.
 
-    content : (T, 73), T even, and style : (T_s, 73), T_s even, rows in units;  params : of `network`;
-    start : (1, 73, T) of `noise`;  watch : called with the search's name, the iteration and its loss
-    ->  Found.   Raises ValueError.
+    content : (T, 73), T even, and style : (T_s, 73), T_s even, rows in units;  params : of
+    `network`; start : (1, 73, T) of `noise`;  watch : called with the search's name, the iteration
+    and its loss ->  Found.   Raises ValueError.
     """
     if start.shape != (1, NUMBERS, len(content)):
         raise ValueError(f"start: found shape {start.shape}, needed (1, {NUMBERS}, {len(content)})")

@@ -28,10 +28,12 @@ def train(X: np.ndarray, *, epochs: int = EPOCHS, batch: int = 1, rate: float = 
     Raises ValueError, TrainingError when the loss is no longer finite.
     """
     if X.ndim != 3 or not len(X) or X.shape[2] % 2:
-        raise ValueError(f"X: found shape {X.shape}, needed (windows, numbers, frames) with an even "
-                         "number of frames")
+        raise ValueError(
+            f"X: found shape {X.shape}, needed (windows, numbers, frames) with an even "
+            "number of frames")
     if batch < 1 or not width % 2:
-        raise ValueError(f"batch, width: found {batch} and {width}, needed at least one window and an odd width")
+        raise ValueError(
+            f"batch, width: found {batch} and {width}, needed at least one window and an odd width")
     if state is None:
         params = init_network(np.random.default_rng(seed), hidden=hidden, width=width,
                               numbers=X.shape[1], dtype=X.dtype)
@@ -46,8 +48,9 @@ def train(X: np.ndarray, *, epochs: int = EPOCHS, batch: int = 1, rate: float = 
             chances = draw(rng, windows.shape, len(params["be"])) if chance else {}
             costs.append(float(autoencoder_loss(windows, params, **chances)))
             if not np.isfinite(costs[-1]):
-                raise TrainingError(f"epoch {epoch}, window {begin}: found a loss of {costs[-1]}, needed a "
-                                    f"finite one; a rate below {rate:g} may help")
+                raise TrainingError(
+                    f"epoch {epoch}, window {begin}: found a loss of {costs[-1]}, needed a "
+                    f"finite one; a rate below {rate:g} may help")
             gradients = autoencoder_loss_backward(X.dtype.type(1), windows, params, **chances)[1]
             sizes.append(float(np.sqrt(sum(np.sum(g * g) for g in gradients.values()))))
             params, adam = nn.adam_step(params, gradients, adam, rate=rate)
@@ -56,7 +59,8 @@ def train(X: np.ndarray, *, epochs: int = EPOCHS, batch: int = 1, rate: float = 
                       time.perf_counter() - began), state)
 
 
-def draw(rng: np.random.Generator, shape: tuple[int, int, int], hidden: int) -> dict[str, np.ndarray]:
+def draw(rng: np.random.Generator, shape: tuple[int, int, int],
+         hidden: int) -> dict[str, np.ndarray]:
     """What chance decides for one batch: each number is kept with probability 3/4 before each
     convolution, and one frame of each pair gets a hidden unit's whole value.
 
