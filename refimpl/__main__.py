@@ -1,4 +1,6 @@
-"""`python -m refimpl` is `refimpl`. Ctrl-C while the libraries are read in ends the program without a word."""
+"""`python -m refimpl` is `refimpl`. Ctrl-C while the libraries are read in ends the program without
+a word.
+"""
 
 import os
 import signal
@@ -17,7 +19,8 @@ def run() -> int:
         return 2
     signal.signal(signal.SIGINT, own)
     status = main()
-    if status in (130, 143):                                     # told to end: no waiting for what workers left behind
+    # told to end: no waiting for what workers left behind
+    if status in (130, 143):
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)

@@ -10,7 +10,8 @@ import threading
 from . import __version__
 from .blas import prefer
 
-prefer(os.environ)                                               # before NumPy is first imported, hence before the commands
+# before NumPy is first imported, hence before the commands
+prefer(os.environ)
 
 from .commands import bench, check, demo, evaluate, inspect, prepare, torresani, train, train_2016, transfer
 from .commands.options import InputFolder, OutputFolder, files_of
@@ -49,7 +50,8 @@ def main(argv=None):
 
     0 done and good; 1 done, and something disagrees; 2 input that cannot be used, or a file that
     cannot be read or written (one line says what, where and what to do); 130 stopped with Ctrl-C,
-    143 with SIGTERM. With REFIMPL_TRACEBACK set in the environment an error shows where it came from.
+    143 with SIGTERM. With REFIMPL_TRACEBACK set in the environment an error shows where it came
+    from.
     """
     with safe_streams() as out:
         arguments = parser().parse_args(argv)
@@ -58,16 +60,21 @@ def main(argv=None):
         try:
             status = _run(arguments) or 0
             out.flush()
-            if _told:                                            # Python dropped it, as in a callback
+            # Python dropped it, as in a callback
+            if _told:
                 raise Terminated
             return status
         except KeyboardInterrupt:
-            print("refimpl: stopped; nothing is half written, and a training goes on from its last epoch "
-                  "with --resume", file=sys.stderr)
+            print(
+                "refimpl: stopped; nothing is half written, and a training goes on from its last "
+                "epoch "
+                "with --resume", file=sys.stderr)
             return 130
         except Terminated:
-            print("refimpl: told to end; nothing is half written, and a training goes on from its last "
-                  "epoch with --resume", file=sys.stderr)
+            print(
+                "refimpl: told to end; nothing is half written, and a training goes on from its "
+                "last "
+                "epoch with --resume", file=sys.stderr)
             return 143
         except Exception as error:
             if os.environ.get("REFIMPL_TRACEBACK"):
@@ -107,7 +114,8 @@ def _terminated(number, frame):
 
 
 def _on_termination(handler):
-    """Set what SIGTERM does.   ->  what it did before; a thread may not set it and changes nothing"""
+    """Set what SIGTERM does.   ->  what it did before; a thread may not set it and changes nothing
+    """
     if handler is None or threading.current_thread() is not threading.main_thread():
         return None
     return signal.signal(signal.SIGTERM, handler)
@@ -126,10 +134,14 @@ def _one_line(error, arguments):
     elif isinstance(error, ArithmeticError):
         said = f"found numbers that cannot be computed with ({error}); is a size or a weight absurd?"
     else:
-        said = (f"could not go on ({type(error).__name__}: {' '.join(str(error).split())[:200]}); this is a "
-                "fault of refimpl: REFIMPL_TRACEBACK=1 in the environment shows where")
+        said = (
+            f"could not go on ({type(error).__name__}: {' '.join(str(error).split())[:200]}); this "
+            "is a "
+            "fault of refimpl: REFIMPL_TRACEBACK=1 in the environment shows where")
     inputs, outputs = files_of(arguments)
     files = [*inputs.values(), *outputs.values()]
-    if said.startswith("-") or any(Path(f).name in said or str(f) in said for f in files) or not files:
+    if said.startswith("-") or any(Path(f).name in said or str(f) in said
+                                   for f in files) or not files:
         return said.replace("\n", "\\n")                         # a file may be called so
-    return f"{', '.join(map(str, list(inputs.values())[:4] or files[:1]))}: {said}".replace("\n", "\\n")
+    return f"{', '.join(map(str, list(inputs.values())[:4] or files[:1]))}: {said}".replace(
+        "\n", "\\n")

@@ -1,4 +1,5 @@
-"""`refimpl check`: hold the reference against its second derivation, or judge another implementation.
+"""`refimpl check`: hold the reference against its second derivation, or judge another
+implementation.
 
 `refimpl export`: golden vectors for readers without Python.
 """
@@ -23,29 +24,37 @@ What is stricter or laxer with input, or is not offered, counts with --require o
 
 def add_commands(commands):
     check = commands.add_parser(
-        "check", help="hold the reference against its second derivation, or judge another implementation",
-        description="Without a backend: hold the reference against its second derivation and the gradient "
-                    "instruments. With one: hold the backend against the reference, or against golden vectors.",
+        "check",
+        help="hold the reference against its second derivation, or judge another implementation",
+        description=
+        "Without a backend: hold the reference against its second derivation and the gradient "
+        "instruments. With one: hold the backend against the reference, or against golden vectors.",
         epilog=EXIT)
     check.add_argument("backend", nargs="?", metavar="MODULE:OBJECT",
                        help="a mapping of operation names to callables, imported from here")
     check.add_argument("--golden", metavar="DIR", type=InputFolder,
                        help="judge by the vectors that `refimpl export` wrote to this folder")
-    check.add_argument("--json", metavar="FILE", type=OutputPath, help="write every verdict as JSON")
-    check.add_argument("--junit", metavar="FILE", type=OutputPath, help="write every verdict as JUnit XML")
+    check.add_argument("--json", metavar="FILE", type=OutputPath,
+                       help="write every verdict as JSON")
+    check.add_argument("--junit", metavar="FILE", type=OutputPath,
+                       help="write every verdict as JUnit XML")
     check.add_argument("--xfail", metavar="FILE", type=InputPath,
                        help="patterns of case ids that are known to fail, one a line")
     check.add_argument("--operations", metavar="A,B", help="only these operations (default: all)")
-    check.add_argument("--require", metavar="A,B|all",
-                       help="functions that must be offered (gram, gram_backward ...), and take neither more nor "
-                            "less than the reference")
-    check.add_argument("--seed", type=whole(0), metavar="N", help="of the random inputs (default: 0)")
-    check.add_argument("--explain", metavar="OPERATION",
-                       help="print an operation's arguments, shapes, units, defaults and conventions, and stop")
+    check.add_argument(
+        "--require", metavar="A,B|all",
+        help="functions that must be offered (gram, gram_backward ...), and take neither more nor "
+        "less than the reference")
+    check.add_argument("--seed", type=whole(0), metavar="N",
+                       help="of the random inputs (default: 0)")
+    check.add_argument(
+        "--explain", metavar="OPERATION",
+        help="print an operation's arguments, shapes, units, defaults and conventions, and stop")
     check.set_defaults(run=run_check, also_reads=_module)
 
-    golden = commands.add_parser("export", help="write golden vectors",
-                                 description="Write inputs and outputs of every case, and a manifest, to a folder.")
+    golden = commands.add_parser(
+        "export", help="write golden vectors",
+        description="Write inputs and outputs of every case, and a manifest, to a folder.")
     golden.add_argument("folder", metavar="DIR", type=OutputFolder)
     golden.add_argument("--operations", metavar="A,B", help="only these operations (default: all)")
     golden.add_argument("--seed", type=whole(0), default=0, metavar="N",
@@ -65,8 +74,9 @@ def run_check(arguments):
     operations = _names("--operations", arguments.operations)
     if arguments.golden is not None:
         if arguments.seed is not None:
-            raise ValueError(f"--seed: found {arguments.seed} beside --golden, whose vectors have their seed; "
-                             "leave it out")
+            raise ValueError(
+                f"--seed: found {arguments.seed} beside --golden, whose vectors have their seed; "
+                "leave it out")
         return _judge(arguments, *_golden_cases(arguments.golden, operations))
     seed = arguments.seed or 0
     if arguments.backend is None:
@@ -104,8 +114,9 @@ def _required(text, chosen):
     for name in names:
         functions = there if name == "all" else {name} & there
         if not functions:
-            raise ValueError(f"--require: found {name!r}, needed all, or a function that is judged here"
-                             + meant(name, there))
+            raise ValueError(
+                f"--require: found {name!r}, needed all, or a function that is judged here"
+                + meant(name, there))
         found |= functions
     return found
 
@@ -144,8 +155,11 @@ def _complaint(words):
 def _prove(arguments, seed, operations):
     for option in ("xfail", "junit", "require"):
         if getattr(arguments, option) is not None:
-            raise ValueError(f"--{option}: found it without a backend or --golden, of which it speaks; leave it out")
-    cases(seed=seed, operations=operations)                      # an unknown name is refused before any work
+            raise ValueError(
+                f"--{option}: found it without a backend or --golden, of which it speaks; leave it "
+                "out")
+    # an unknown name is refused before any work
+    cases(seed=seed, operations=operations)
     proofs = []
     for proof in prove(seed=seed, operations=operations):
         proofs.append(proof)
@@ -153,9 +167,10 @@ def _prove(arguments, seed, operations):
         print(f"{proof.operation}: {said}", file=sys.stderr)
     wrong = [failure for proof in proofs for failure in proof.failures]
     said = "disagrees" if wrong else "agrees"
-    print("\n".join([*proof_table(proofs), *wrong, "",
-                     f"verdict: {said} (the reference with its second derivation, the gradient instruments and "
-                     "its own cases)"]))
+    print("\n".join([
+        *proof_table(proofs), *wrong, "",
+        f"verdict: {said} (the reference with its second derivation, the gradient instruments and "
+        "its own cases)"]))
     _write(arguments, reference(), [row for proof in proofs for row in proof.rows], said)
     return 1 if wrong else 0
 
@@ -163,22 +178,25 @@ def _prove(arguments, seed, operations):
 def _write(arguments, backend, rows, said):
     if arguments.json is None:
         return
-    settings = {"backend": backend.name, "tolerances": dict(backend.tolerances), "seed": arguments.seed or 0,
-                "golden": arguments.golden, "operations": arguments.operations, "require": arguments.require,
-                "xfail": arguments.xfail, "numpy": np.__version__,
-                "blas threads": os.environ.get("OPENBLAS_NUM_THREADS", "")}
+    settings = {
+        "backend": backend.name, "tolerances": dict(backend.tolerances), "seed": arguments.seed
+        or 0, "golden": arguments.golden, "operations": arguments.operations,
+        "require": arguments.require, "xfail": arguments.xfail, "numpy": np.__version__,
+        "blas threads": os.environ.get("OPENBLAS_NUM_THREADS", "")}
     unknown = [{"name": name, "nearest": near} for name, near in backend.unknown]
     write_report(arguments.json, "check", settings, rows, verdict=said, unknown=unknown)
 
 
 def _explain(arguments):
     if arguments.explain not in OPERATIONS:
-        raise ValueError(f"--explain: found {arguments.explain!r}, needed one of {', '.join(OPERATIONS)}"
-                         + meant(arguments.explain, OPERATIONS))
+        raise ValueError(
+            f"--explain: found {arguments.explain!r}, needed one of {', '.join(OPERATIONS)}"
+            + meant(arguments.explain, OPERATIONS))
     print("\n".join(explain(OPERATIONS[arguments.explain])))
     return 0
 
 
 def run_export(arguments):
-    count = export(arguments.folder, seed=arguments.seed, operations=_names("--operations", arguments.operations))
+    count = export(arguments.folder, seed=arguments.seed,
+                   operations=_names("--operations", arguments.operations))
     print(f"{arguments.folder}: {count} golden vectors and manifest.json")

@@ -53,11 +53,11 @@ def run(arguments):
     if not pairs:
         missing = (
             f"no clip of {arguments.contents!r} held out" if not contents else
-            f"no clip of {arguments.styles} for learning with the content of one of {arguments.contents!r} held out"
-        )
+            f"no clip of {arguments.styles} for learning with the content of one of "
+            f"{arguments.contents!r} held out")
         raise ValueError(
-            f"{arguments.motions}: found {missing}, needed some; do --contents, --styles and --clips fit?"
-        )
+            f"{arguments.motions}: found {missing}, needed some; do --contents, --styles and "
+            "--clips fit?")
     progress = Progress(len(pairs) * (len(code_2016.WAYS) + 3), "search", seconds=3.0)
     measured = []
     for row in code_2016.table([

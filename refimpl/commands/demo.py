@@ -1,4 +1,5 @@
-"""`refimpl demo`: the whole system on the embedded motion, with narrow networks, in under a minute."""
+"""`refimpl demo`: the whole system on the embedded motion, with narrow networks, in under a minute.
+"""
 
 import json
 from pathlib import Path
@@ -26,15 +27,23 @@ HIDDEN, CHANNELS = 64, 48
 PEOPLE, SECONDS, HELD_OUT = 5, 4.5, 0.2
 EPOCHS, RATES = {"autoencoder": 30, "style": 60}, {"autoencoder": 5e-4, "style": 1e-3}
 
-FILES = ["motions.npz", "manifold.npz", "content.bvh", "style.bvh", "stylised.bvh", "figure3.png", "animation.html", "curves.png", "report.json"]
+FILES = [
+    "motions.npz", "manifold.npz", "content.bvh", "style.bvh", "stylised.bvh", "figure3.png",
+    "animation.html", "curves.png", "report.json"]
 
 
 def add_commands(commands):
-    command = commands.add_parser("demo", help="run everything on the embedded motion", description=__doc__)
-    command.add_argument("--out", metavar="DIR", type=OutputFolder, default=OutputFolder("refimpl-demo"), help="made if missing (default: %(default)s)")
-    command.add_argument("--style", choices=[name for name in STYLES if name != "normal"], default="old", help="(default: %(default)s)")
-    command.add_argument("--seed", type=whole(0), default=0, metavar="N", help="of the networks' first weights (default: %(default)s)")
-    command.set_defaults(run=run, also_writes=lambda a: there_already(a.out, [*FILES, f"{a.style}.npz"]))
+    command = commands.add_parser("demo", help="run everything on the embedded motion",
+                                  description=__doc__)
+    command.add_argument("--out", metavar="DIR", type=OutputFolder,
+                         default=OutputFolder("refimpl-demo"),
+                         help="made if missing (default: %(default)s)")
+    command.add_argument("--style", choices=[name for name in STYLES if name != "normal"],
+                         default="old", help="(default: %(default)s)")
+    command.add_argument("--seed", type=whole(0), default=0, metavar="N",
+                         help="of the networks' first weights (default: %(default)s)")
+    command.set_defaults(run=run,
+                         also_writes=lambda a: there_already(a.out, [*FILES, f"{a.style}.npz"]))
 
 
 def run(arguments):
@@ -43,10 +52,13 @@ def run(arguments):
     out.mkdir(parents=True, exist_ok=True)
 
     print("1/5  motion: walkers, joggers and turners, made by the program")
-    styles = dict.fromkeys(("normal", arguments.style, "old", "zombie"))                 # the manifold should know more than two
+    # the manifold should know more than two
+    styles = dict.fromkeys(("normal", arguments.style, "old", "zombie"))
     motions = make_database(seconds_per_clip=SECONDS, people=PEOPLE, styles=tuple(styles))
     takes = {motion.name: make_take(motion.clip, name=motion.name) for motion in motions}
-    dataset = assemble(takes.items(), {motion.name: (motion.content, motion.style) for motion in motions}, "embedded motion", HELD_OUT)
+    dataset = assemble(takes.items(),
+                       {motion.name: (motion.content, motion.style) for motion in motions},
+                       "embedded motion", HELD_OUT)
     save_dataset(out / "motions.npz", dataset)
 
     print("2/5  the loss network (equations 1 to 3)")
@@ -60,9 +72,11 @@ def run(arguments):
 
     print("4/5  transfer to a clip kept out of training")
     content = next(clip for clip in held_out if clip.content == "walk")
-    exemplar = next(motion for motion in motions if (motion.content, motion.style) == ("walk", arguments.style))
+    exemplar = next(motion for motion in motions
+                    if (motion.content, motion.style) == ("walk", arguments.style))
     result = transfer(takes[content.name], style)
-    for name, clip in (("content", takes[content.name].clip), ("style", exemplar.clip), ("stylised", result.clip)):
+    for name, clip in (("content", takes[content.name].clip), ("style", exemplar.clip),
+                       ("stylised", result.clip)):
         write_bvh(out / f"{name}.bvh", clip)
     distances = held_out_distances(held_out, exemplars, style, dataset.leg)
 
@@ -70,36 +84,42 @@ def run(arguments):
     _pictures(out, takes[exemplar.name].positions, takes[content.name].positions, result.positions,
               {"loss network": manifold_records, "style": style_records})
     report = _report(arguments.style, dataset, manifold_records, style_records, distances,
-                     (*path_error(result.features, takes[content.name].features), path_length(takes[content.name].features)),
+                     (*path_error(result.features, takes[content.name].features),
+                      path_length(takes[content.name].features)),
                      time.perf_counter() - began)
     with atomic_write(out / "report.json") as file:
         json.dump(report, file, indent=1)
     for key, value in report["numbers"].items():
         print(f"     {key}: {value:.4g}")
-    print(f"{out}: content.bvh, style.bvh, stylised.bvh, figure3.png, animation.html, curves.png, report.json and the model files")
+    print(
+        f"{out}: content.bvh, style.bvh, stylised.bvh, figure3.png, animation.html, curves.png, "
+        "report.json and the model files")
 
 
 def _manifold(dataset, seed):
     clips = dataset.select(held_out=False)
     normaliser = fit_normaliser(np.concatenate([clip.features for clip in clips]), dataset.source)
-    epochs = train_autoencoder(normalised_windows(clips, normaliser), epochs=EPOCHS["autoencoder"], rate=RATES["autoencoder"],
-                               hidden=HIDDEN, seed=seed)
+    epochs = train_autoencoder(normalised_windows(clips, normaliser), epochs=EPOCHS["autoencoder"],
+                               rate=RATES["autoencoder"], hidden=HIDDEN, seed=seed)
     records, state = _follow(epochs, EPOCHS["autoencoder"])
     return Manifold(state.params, normaliser, dataset.leg, dataset.bones), records
 
 
 def _style(lesson, manifold, name, seed):
     weights = Weights().fitted(manifold.leg, HIDDEN)
-    epochs = train_style(lesson, manifold, epochs=EPOCHS["style"], rate=RATES["style"], channels=CHANNELS, seed=seed,
-                         weights=weights)
+    epochs = train_style(lesson, manifold, epochs=EPOCHS["style"], rate=RATES["style"],
+                         channels=CHANNELS, seed=seed, weights=weights)
     records, state = _follow(epochs, EPOCHS["style"])
-    return Style(state.params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars, weights, lesson.known), records
+    return Style(state.params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars,
+                 weights, lesson.known), records
 
 
 def _follow(epochs, total):
     progress, records = Progress(total, "     epoch"), []
     for record, state in epochs:
-        records.append({"epoch": record.epoch, **record.losses, "gradient_norm": record.gradient_norm, "seconds": record.seconds})
+        records.append({
+            "epoch": record.epoch, **record.losses, "gradient_norm": record.gradient_norm,
+            "seconds": record.seconds})
         progress.step(epoch_line(record))
     return records, state
 
@@ -109,17 +129,26 @@ def _pictures(out, style, content, result, records):
     motions = {"style": style, "content": content, "result": result}
     plot.save(plot.strip(motions), out / "figure3.png")
     animate.animation_html(motions, 60.0, out / "animation.html")
-    plot.save(plot.curves(records["style"], ("loss", *(term.name for term in EQUATION_10))), out / "curves.png")
+    plot.save(plot.curves(records["style"], ("loss", *(term.name for term in EQUATION_10))),
+              out / "curves.png")
 
 
 def _report(style, dataset, manifold_records, style_records, distances, path, seconds):
     def mean(key):
         return float(np.mean([clip[key] for clip in distances]))
-    numbers = {"clips": float(len(dataset.clips)), "reconstruction loss, first epoch": manifold_records[0]["loss"],
-               "reconstruction loss, last epoch": manifold_records[-1]["loss"],
-               "style distance of held-out content": mean("content"), "style distance of T(I)": mean("transformed"),
-               "style distance of P(T(I))": mean("projected"), "share of the style distance left": mean("projected") / mean("content"),
-               "mean distance between the paths, cm": path[0], "largest distance between the paths, cm": path[1],
-               "length of the content's path, cm": path[2], "seconds": seconds}
-    return {"style": style, "data": dataset.source, "networks": {"hidden": HIDDEN, "channels": CHANNELS}, "numbers": numbers,
-            "held_out_clips": distances, "epochs": {"loss network": manifold_records, "style": style_records}}
+    numbers = {
+        "clips": float(len(dataset.clips)),
+        "reconstruction loss, first epoch": manifold_records[0]["loss"],
+        "reconstruction loss, last epoch": manifold_records[-1]["loss"],
+        "style distance of held-out content": mean("content"),
+        "style distance of T(I)": mean("transformed"),
+        "style distance of P(T(I))": mean("projected"),
+        "share of the style distance left": mean("projected") / mean("content"),
+        "mean distance between the paths, cm": path[0],
+        "largest distance between the paths, cm": path[1],
+        "length of the content's path, cm": path[2], "seconds": seconds}
+    return {
+        "style": style, "data": dataset.source,
+        "networks": {"hidden": HIDDEN,
+                     "channels": CHANNELS}, "numbers": numbers, "held_out_clips": distances,
+        "epochs": {"loss network": manifold_records, "style": style_records}}

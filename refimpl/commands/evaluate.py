@@ -19,65 +19,100 @@ from .progress import Progress, table
 DESCRIPTION = """Stylise every clip that was kept out of training by every style network and by optimisation, write the results, read them again and measure them. The
 judges are fitted on clips that no network learnt on: train with --clips and --exemplars that leave some."""
 
-COLUMNS = (("system", "{}"), ("clips", "{}"), ("style by gram", "{:.1%}"), ("style by joints", "{:.1%}"), ("content by gram", "{:.1%}"), ("content by joints", "{:.1%}"),
-           ("style distance left", "{:.1%}"), ("content distance", "{:.1f}"), ("Fréchet distance", "{:.1f}"))
-FEET = (("system", "{}"), ("skate", "{:.2f}"), ("sinks", "{:.2f}"), ("sinks at most", "{:.2f}"), ("bone error", "{:.1e}"), ("path error", "{:.1f}"), ("jerk / real", "{:.2f}"),
-        ("frames/s", "{:,.0f}"))
+COLUMNS = (("system", "{}"), ("clips", "{}"), ("style by gram", "{:.1%}"),
+           ("style by joints", "{:.1%}"), ("content by gram", "{:.1%}"),
+           ("content by joints", "{:.1%}"), ("style distance left", "{:.1%}"),
+           ("content distance", "{:.1f}"), ("Fréchet distance", "{:.1f}"))
+FEET = (("system", "{}"), ("skate", "{:.2f}"), ("sinks", "{:.2f}"), ("sinks at most", "{:.2f}"),
+        ("bone error", "{:.1e}"), ("path error", "{:.1f}"), ("jerk / real", "{:.2f}"), ("frames/s",
+                                                                                        "{:,.0f}"))
 
 
 def add_commands(commands):
-    command = commands.add_parser("evaluate", help="measure results of 2016 and 2017 beside real motion", description=DESCRIPTION)
-    command.add_argument("folder", metavar="FOLDER", type=InputFolder, help="the BVH clips that MOTIONS.npz was made of")
-    command.add_argument("motions", metavar="MOTIONS.npz", type=InputPath, help="what `refimpl prepare` wrote, with clips held out")
-    command.add_argument("styles", metavar="STYLE.npz", nargs="+", type=InputPath, help="what `refimpl train-style` wrote, all of one loss network")
-    command.add_argument("--content-style", default="normal", metavar="NAME", help="the style of the contents (default: %(default)s)")
-    command.add_argument("--network", metavar="N.npz", type=InputPath, help="a network of 2016 (the authors' network_core.npz, or of `refimpl train-2016`): "
-                         "measure that system as its code is, too")
+    command = commands.add_parser("evaluate",
+                                  help="measure results of 2016 and 2017 beside real motion",
+                                  description=DESCRIPTION)
+    command.add_argument("folder", metavar="FOLDER", type=InputFolder,
+                         help="the BVH clips that MOTIONS.npz was made of")
+    command.add_argument("motions", metavar="MOTIONS.npz", type=InputPath,
+                         help="what `refimpl prepare` wrote, with clips held out")
+    command.add_argument("styles", metavar="STYLE.npz", nargs="+", type=InputPath,
+                         help="what `refimpl train-style` wrote, all of one loss network")
+    command.add_argument("--content-style", default="normal", metavar="NAME",
+                         help="the style of the contents (default: %(default)s)")
+    command.add_argument(
+        "--network", metavar="N.npz", type=InputPath,
+        help="a network of 2016 (the authors' network_core.npz, or of `refimpl train-2016`): "
+        "measure that system as its code is, too")
     command.add_argument("--preprocess", metavar="P.npz", type=InputPath, help="its normaliser")
-    command.add_argument("--most", type=whole(1), metavar="N", help="clips of each style at most (default: all that were held out)")
-    command.add_argument("--out", metavar="DIR", type=OutputFolder, default=OutputFolder("refimpl-evaluation"), help="made if missing (default: %(default)s)")
-    command.add_argument("--json", metavar="FILE", type=OutputPath, help="write the tables as JSON, a row a system and style")
+    command.add_argument("--most", type=whole(1), metavar="N",
+                         help="clips of each style at most (default: all that were held out)")
+    command.add_argument("--out", metavar="DIR", type=OutputFolder,
+                         default=OutputFolder("refimpl-evaluation"),
+                         help="made if missing (default: %(default)s)")
+    command.add_argument("--json", metavar="FILE", type=OutputPath,
+                         help="write the tables as JSON, a row a system and style")
     command.set_defaults(run=run, also_writes=lambda a: there_already(a.out, ["report.json"]))
 
 
 def run(arguments):
     arguments.out = Path(arguments.out)
     if bool(arguments.network) != bool(arguments.preprocess):
-        raise evaluate.EvaluationError("evaluate: found one of --network and --preprocess, needed both or neither")
+        raise evaluate.EvaluationError(
+            "evaluate: found one of --network and --preprocess, needed both or neither")
     network = bridge.read(arguments.network, arguments.preprocess) if arguments.network else None
     dataset = load_dataset(arguments.motions)
     styles = [load_style(path) for path in arguments.styles]
     _check(styles, dataset, arguments)
-    paths = {path.relative_to(arguments.folder).with_suffix("").as_posix(): path for path in find_clips(arguments.folder)}
-    manifold, chosen = styles[0].manifold, evaluate.judges_clips(dataset, styles, arguments.content_style)
+    paths = {
+        path.relative_to(arguments.folder).with_suffix("").as_posix(): path
+        for path in find_clips(arguments.folder)}
+    manifold, chosen = styles[0].manifold, evaluate.judges_clips(dataset, styles,
+                                                                 arguments.content_style)
     contents = {style.name: _contents(dataset, style, paths, arguments) for style in styles}
     arguments.out.mkdir(parents=True, exist_ok=True)
     judges = evaluate.fit_judges(chosen, manifold, dataset.leg)
     print(f"judges fitted on {len(chosen)} clips that no network learnt on")
-    reference = {s.name: [judges["joints"].embed(to_scale(c.features, dataset.leg, manifold.leg)) for c in chosen if c.style == s.name] for s in styles}
+    reference = {
+        s.name: [
+            judges["joints"].embed(to_scale(c.features, dataset.leg, manifold.leg)) for c in chosen
+            if c.style == s.name] for s in styles}
     rows, windows = [], {}
     progress = Progress(sum(map(len, contents.values())), "clip", seconds=2.0)
     for style in styles:
-        for row, points in _style_rows(dataset, style, contents[style.name], judges, arguments, paths, progress, network):
+        for row, points in _style_rows(dataset, style, contents[style.name], judges, arguments,
+                                       paths, progress, network):
             rows.append(row)
             windows.setdefault((row["style"], row["system"]), []).append(points)
     distances = evaluate.frechet_distances(windows, reference)
     lines = evaluate.summary(rows, distances)
-    by_style = {style.name: evaluate.summary([r for r in rows if r["style"] == style.name], {k: d for k, d in distances.items() if k[0] == style.name})
-                for style in styles}
+    by_style = {
+        style.name: evaluate.summary([r for r in rows if r["style"] == style.name],
+                                     {k: d for k, d in distances.items() if k[0] == style.name})
+        for style in styles}
     first = contents[styles[0].name][0]
-    speed = evaluate.table_1(to_scale(first.features, dataset.leg, manifold.leg), first.contacts, evaluate.exemplars_of(dataset, styles[0], first.content), styles[0],
+    speed = evaluate.table_1(to_scale(first.features, dataset.leg, manifold.leg), first.contacts,
+                             evaluate.exemplars_of(dataset, styles[0], first.content), styles[0],
                              network=network)
     effect = evaluate.projection_effect(contents[styles[0].name], styles[0], dataset.leg)
     _print(lines, by_style, speed, effect)
     with atomic_write(arguments.out / "report.json") as file:
-        json.dump({"summary": lines, "styles": by_style, "table 1": speed, "projection": effect, "clips": rows,
-                   "judges": [c.name for c in chosen]}, file, indent=1)
+        json.dump(
+            {
+                "summary": lines, "styles": by_style, "table 1": speed, "projection": effect,
+                "clips": rows, "judges": [c.name for c in chosen]}, file, indent=1)
     if arguments.json:
-        told = {key: str(value) if isinstance(value, Path) else value for key, value in vars(arguments).items() if key not in ("run", "also_writes")}
-        write_report(arguments.json, "evaluate", told, [{"style": "all", **line} for line in lines] + [
-            {"style": name, **line} for name, own in by_style.items() for line in own],
-            table_1=speed, units={"skate": "cm/s", "sinks": "cm", "path error": "cm", "seconds": "of the mathematics alone"})
+        told = {
+            key: str(value) if isinstance(value, Path) else value
+            for key, value in vars(arguments).items() if key not in ("run", "also_writes")}
+        write_report(
+            arguments.json, "evaluate", told,
+            [{"style": "all", **line} for line in lines] + [{"style": name, **line}
+                                                            for name, own in by_style.items()
+                                                            for line in own], table_1=speed,
+            units={
+                "skate": "cm/s", "sinks": "cm", "path error": "cm",
+                "seconds": "of the mathematics alone"})
     print(f"{arguments.out}: report.json, strip_STYLE.png and the written clips")
 
 
@@ -85,42 +120,64 @@ def _check(styles, dataset, arguments):
     first = styles[0].manifold.params
     for path, style in zip(arguments.styles, styles):
         if any(not np.array_equal(style.manifold.params[k], first[k]) for k in first):
-            raise evaluate.EvaluationError(f"{path}: found another loss network than in {arguments.styles[0]}, needed the same for all")
+            raise evaluate.EvaluationError(
+                f"{path}: found another loss network than in {arguments.styles[0]}, needed the "
+                "same for all")
     if len({style.name for style in styles}) < len(styles):
-        raise evaluate.EvaluationError(f"found styles {', '.join(s.name for s in styles)}, needed each style once")
+        raise evaluate.EvaluationError(
+            f"found styles {', '.join(s.name for s in styles)}, needed each style once")
     if arguments.content_style not in dataset.styles:
-        raise evaluate.EvaluationError(f"--content-style: found {arguments.content_style!r}, needed one of {', '.join(dataset.styles)}")
+        raise evaluate.EvaluationError(
+            f"--content-style: found {arguments.content_style!r}, needed one of "
+            f"{', '.join(dataset.styles)}")
 
 
 def _contents(dataset, style, paths, arguments):
     """The held-out clips that a style is tried on, spread over its contents."""
-    found = [c for c in dataset.select(style=arguments.content_style, held_out=True) if c.content in style.contents]
+    found = [
+        c for c in dataset.select(style=arguments.content_style, held_out=True)
+        if c.content in style.contents]
     if not found:
-        raise evaluate.EvaluationError(f"{arguments.motions}: found no clip of style {arguments.content_style!r} held out for {', '.join(style.contents)}, "
-                                       "needed some to try the networks on; prepare with a larger --hold-out")
+        raise evaluate.EvaluationError(
+            f"{arguments.motions}: found no clip of style {arguments.content_style!r} held out for "
+            f"{', '.join(style.contents)}, "
+            "needed some to try the networks on; prepare with a larger --hold-out")
     missing = [c.name for c in found if c.name not in paths]
     if missing:
-        raise evaluate.EvaluationError(f"{arguments.folder}: found no {missing[0]}.bvh, needed the folder that MOTIONS.npz was made of")
-    turns = sorted(found, key=lambda c: (sum(o.content == c.content and o.name < c.name for o in found), c.content))
+        raise evaluate.EvaluationError(
+            f"{arguments.folder}: found no {missing[0]}.bvh, needed the folder that MOTIONS.npz "
+            "was made of")
+    turns = sorted(
+        found, key=lambda c:
+        (sum(o.content == c.content and o.name < c.name for o in found), c.content))
     return turns[:arguments.most]
 
 
 def _style_rows(dataset, style, contents, judges, arguments, paths, progress, network):
-    """Every system on every content, and the real takes kept out.   ->  yields (row, windows embedded by the judge of joints)"""
+    """Every system on every content, and the real takes kept out.
+    ->  yields (row, windows embedded by the judge of joints)
+    """
     manifold, drawn = style.manifold, False
 
     def row(system, content, name, measured, features):
-        return {"style": style.name, "system": system, "content": content, "clip": name, **measured}, judges["joints"].embed(features)
+        return {
+            "style": style.name, "system": system, "content": content, "clip": name,
+            **measured}, judges["joints"].embed(features)
     for clip in contents:
-        take, exemplars = read_take(paths[clip.name]), evaluate.exemplars_of(dataset, style, clip.content)
+        take, exemplars = read_take(paths[clip.name]), evaluate.exemplars_of(
+            dataset, style, clip.content)
         motions = {"style": decode(exemplars[0], Start()), "content": take.positions}
-        yield row("content", clip.content, clip.name, evaluate.measure(take, take, exemplars, manifold, judges), to_scale(take.features, take.leg, manifold.leg))
+        yield row("content", clip.content, clip.name,
+                  evaluate.measure(take, take, exemplars, manifold, judges),
+                  to_scale(take.features, take.leg, manifold.leg))
         for system, result, seconds in evaluate.carry_out(take, exemplars, style, network=network):
             label = "_".join(re.findall(r"\w+", system))
-            again = evaluate.read_back(result.clip, arguments.out / f"{style.name}_{Path(clip.name).name}_{label}.bvh")
+            again = evaluate.read_back(
+                result.clip, arguments.out / f"{style.name}_{Path(clip.name).name}_{label}.bvh")
             measured = evaluate.measure(again, take, exemplars, manifold, judges)
             motions[system] = again.positions
-            yield row(system, clip.content, clip.name, {**measured, "seconds": seconds}, to_scale(again.features, take.leg, manifold.leg))
+            yield row(system, clip.content, clip.name, {**measured, "seconds": seconds},
+                      to_scale(again.features, take.leg, manifold.leg))
         progress.step(f"{style.name}, {clip.name}")
         if not drawn:
             drawn = True
@@ -128,7 +185,8 @@ def _style_rows(dataset, style, contents, judges, arguments, paths, progress, ne
     for clip in dataset.select(style=style.name, held_out=True):
         if clip.content in style.contents and clip.content in {c.content for c in contents}:
             exemplars = evaluate.exemplars_of(dataset, style, clip.content)
-            yield row("real", clip.content, clip.name, evaluate.measure_real(clip, dataset.leg, exemplars, manifold, judges),
+            yield row("real", clip.content, clip.name,
+                      evaluate.measure_real(clip, dataset.leg, exemplars, manifold, judges),
                       to_scale(clip.features, dataset.leg, manifold.leg))
 
 
@@ -136,25 +194,38 @@ def _strip(path, motions, name):
     """As figures 3 and 4: the style, the content and what each system made of it."""
     from ..pictures import plot
     systems = [system for system in (evaluate.CODED, evaluate.OWN) if system in motions]
-    shown = {name: motions[name] for name in ("style", "content", *systems)} | {"2017": motions["2017, own pace"]}
+    shown = {name: motions[name]
+             for name in ("style", "content", *systems)} | {"2017": motions["2017, own pace"]}
     count = min(len(m) for m in shown.values())
-    plot.save(plot.strip({label: m[:min(count, 180)] for label, m in shown.items()},
-                         title=f"{name}: style; content; {'; '.join(systems)}; 2017 at its own pace"), path)
+    plot.save(
+        plot.strip({label: m[:min(count, 180)] for label, m in shown.items()},
+                   title=f"{name}: style; content; {'; '.join(systems)}; 2017 at its own pace"),
+        path)
 
 
 def _print(lines, by_style, speed, effect):
-    for columns, title in ((COLUMNS, "style and content, all styles"), (FEET, "feet, bones, path, all styles (cm, cm/s)")):
+    for columns, title in ((COLUMNS, "style and content, all styles"),
+                           (FEET, "feet, bones, path, all styles (cm, cm/s)")):
         print("\n" + title)
         _table(columns, lines)
     print("\neach style")
-    _table(COLUMNS, [{**line, "system": f"{name}: {line['system']}"} for name, own in by_style.items() for line in own])
-    print("\nTable 1, seconds from features to features, without reading, writing and clean-up; ratio: 2016 in its own form over 2017")
+    _table(COLUMNS, [{**line, "system": f"{name}: {line['system']}"}
+                     for name, own in by_style.items() for line in own])
+    print(
+        "\nTable 1, seconds from features to features, without reading, writing and clean-up; "
+        "ratio: 2016 in its own form over 2017")
     coded = [evaluate.CODED] if evaluate.CODED in speed[0] else []
-    _table((("frames", "{}"), *((name, "{:.4f}") for name in (*coded, evaluate.OWN, "2017")), ("ratio", "{:.0f}")), speed)
+    _table((("frames", "{}"), *((name, "{:.4f}")
+                                for name in (*coded, evaluate.OWN, "2017")), ("ratio", "{:.0f}")),
+           speed)
     print("\nprojection (figure 2)")
-    _table((("what", "{}"), ("bone error", "{:.2%}"), ("error", "{:.2f}"), ("jerk / clean", "{:.2f}")), effect)
+    _table(
+        (("what", "{}"), ("bone error", "{:.2%}"), ("error", "{:.2f}"), ("jerk / clean", "{:.2f}")),
+        effect)
 
 
 def _table(columns, lines):
-    for line in table([[name for name, _ in columns]] + [["" if line[name] != line[name] else form.format(line[name]) for name, form in columns] for line in lines]):
+    for line in table([[name for name, _ in columns]] + [[
+            "" if line[name] != line[name] else form.format(line[name]) for name, form in columns]
+                                                         for line in lines]):
         print(line)

@@ -92,7 +92,8 @@ def _tables(arguments, ground, styles, chosen):
     if "projection" in chosen:
         places = {}
         for clip in ground.dataset.select(held_out=True):
-            places.setdefault(clip.name.rpartition("/")[0] or ground.dataset.source, []).append(clip)
+            places.setdefault(clip.name.rpartition("/")[0] or ground.dataset.source,
+                              []).append(clip)
         rows = [{"table": "projection", "clips": place, "depooling": depooling, "normaliser": form,
                  "seed": seed,
                  **holden.projection(ground, network(seed, depooling, form), places[place])}

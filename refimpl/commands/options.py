@@ -14,24 +14,30 @@ from ..storage import atomic_write, is_special
 def whole(least, most=10 ** 9):
     """A whole number from `least` to `most`.   ->  str -> int"""
     def read(text):
-        if not text.isascii() or not text.isdigit() or len(text) > 10 or not least <= int(text) <= most:
-            raise argparse.ArgumentTypeError(f"found {text!r}, needed a whole number from {least} on")
+        if not text.isascii() or not text.isdigit() or len(
+                text) > 10 or not least <= int(text) <= most:
+            raise argparse.ArgumentTypeError(
+                f"found {text!r}, needed a whole number from {least} on")
         return int(text)
     return read
 
 
 def number(*, least=None, above=None, below=None):
     """A finite number within the bounds that are given.   ->  str -> float"""
-    bounds = [word.format(bound) for word, bound in (("from {:g} on", least), ("above {:g}", above), ("below {:g}", below)) if bound is not None]
+    bounds = [
+        word.format(bound)
+        for word, bound in (("from {:g} on", least), ("above {:g}", above), ("below {:g}", below))
+        if bound is not None]
 
     def read(text):
         try:
             value = float(text)
         except ValueError:
             value = math.nan
-        if not math.isfinite(value) or (least is not None and value < least) or (above is not None and value <= above) or (
-                below is not None and value >= below):
-            raise argparse.ArgumentTypeError(f"found {text!r}, needed a number {' and '.join(bounds)}")
+        if not math.isfinite(value) or (least is not None and value < least) or (
+                above is not None and value <= above) or (below is not None and value >= below):
+            raise argparse.ArgumentTypeError(
+                f"found {text!r}, needed a number {' and '.join(bounds)}")
         return value
     return read
 
@@ -41,7 +47,8 @@ def pattern(text: str) -> str:
     try:
         re.compile(text)
     except re.error as error:
-        raise argparse.ArgumentTypeError(f"found {text!r} ({error}), needed a regular expression") from None
+        raise argparse.ArgumentTypeError(
+            f"found {text!r} ({error}), needed a regular expression") from None
     return text
 
 
@@ -85,19 +92,23 @@ def files_of(arguments: argparse.Namespace) -> tuple[dict[str, str], dict[str, s
 def there_already(folder: str, names: list[str]) -> dict[str, str]:
     """Files of these names that stand in a folder already, for `also_writes`.   ->  {word: path}"""
     paths = {name: os.path.join(folder, name) for name in names}
-    return {f"the {name} in {folder}": path for name, path in paths.items() if os.path.lexists(path)}
+    return {
+        f"the {name} in {folder}": path for name, path in paths.items() if os.path.lexists(path)}
 
 
 def check_ending(path: str, ending: str) -> None:
     """Refuse an output of another kind than its name says; a pipe or a device may have any name."""
     if not path.lower().endswith(ending) and not is_special(path):
-        raise ValueError(f"{path}: found an output that does not end in {ending}, needed one that does, since "
-                         f"that is what is written; try {path}{ending}")
+        raise ValueError(
+            f"{path}: found an output that does not end in {ending}, needed one that does, since "
+            f"that is what is written; try {path}{ending}")
 
 
-def write_report(path: str, command: str, settings: dict[str, Any], rows: list[dict], **more: Any) -> None:
+def write_report(path: str, command: str, settings: dict[str, Any], rows: list[dict],
+                 **more: Any) -> None:
     """One JSON object: command, version, settings, rows (flat) and what else is told."""
-    content = {"command": command, "version": __version__, "settings": settings, "rows": rows, **more}
+    content = {
+        "command": command, "version": __version__, "settings": settings, "rows": rows, **more}
     with atomic_write(path) as file:
         json.dump(content, file, indent=1)
         file.write("\n")

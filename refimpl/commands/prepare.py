@@ -10,18 +10,28 @@ from .workers import workers
 
 
 def add_commands(commands):
-    command = commands.add_parser("prepare", help="make a folder of BVH clips ready for training", description=__doc__)
-    command.add_argument("folder", metavar="FOLDER", type=InputFolder, help="searched for .bvh files, also below")
+    command = commands.add_parser("prepare", help="make a folder of BVH clips ready for training",
+                                  description=__doc__)
+    command.add_argument("folder", metavar="FOLDER", type=InputFolder,
+                         help="searched for .bvh files, also below")
     command.add_argument("-o", "--output", metavar="MOTIONS.npz", type=OutputPath, required=True)
     labels = command.add_mutually_exclusive_group()
-    labels.add_argument("--labels", metavar="LABELS.csv", type=InputPath, help="header clip,content,style; a clip by its path below FOLDER or its name")
-    labels.add_argument("--pattern", metavar="REGEX", default=PATTERN,
-                        help="searched in each file's name without its ending; named groups content and style; other files are left out "
-                             f"(default: {PATTERN.replace('%', '%%')})")
-    command.add_argument("--mapping", metavar="FILE.csv", type=InputPath, help="lines slot,joint for skeletons with other names")
-    command.add_argument("--hold-out", type=number(least=0, below=1), default=HELD_OUT, metavar="SHARE",
-                         help="share of the clips of each content and style kept out of training, rounded down (default: %(default)s)")
-    command.add_argument("--processes", type=whole(1, 256), default=1, metavar="N", help="read clips in so many processes (default: %(default)s)")
+    labels.add_argument(
+        "--labels", metavar="LABELS.csv", type=InputPath,
+        help="header clip,content,style; a clip by its path below FOLDER or its name")
+    labels.add_argument(
+        "--pattern", metavar="REGEX", default=PATTERN, help=
+        "searched in each file's name without its ending; named groups content and style; other "
+        "files are left out "
+        f"(default: {PATTERN.replace('%', '%%')})")
+    command.add_argument("--mapping", metavar="FILE.csv", type=InputPath,
+                         help="lines slot,joint for skeletons with other names")
+    command.add_argument(
+        "--hold-out", type=number(least=0, below=1), default=HELD_OUT, metavar="SHARE", help=
+        "share of the clips of each content and style kept out of training, rounded down (default: "
+        "%(default)s)")
+    command.add_argument("--processes", type=whole(1, 256), default=1, metavar="N",
+                         help="read clips in so many processes (default: %(default)s)")
     command.set_defaults(run=run)
 
 
@@ -38,7 +48,9 @@ def run(arguments):
     save_dataset(arguments.output, dataset)
     for line in summary(dataset):
         print(line)
-    print(f"{arguments.output}: {len(dataset.clips)} of {len(paths)} clips, {sum(c.held_out for c in dataset.clips)} kept out of training")
+    print(
+        f"{arguments.output}: {len(dataset.clips)} of {len(paths)} clips, "
+        f"{sum(c.held_out for c in dataset.clips)} kept out of training")
 
 
 def summary(dataset):
@@ -49,6 +61,7 @@ def summary(dataset):
         cells = []
         for content in contents:
             clips = dataset.select(style=style, content=content)
-            cells.append(f"{len(clips)} / {sum(len(c.features) for c in clips) / 60:.0f} s" if clips else "-")
+            cells.append(f"{len(clips)} / {sum(len(c.features) for c in clips) / 60:.0f} s"
+                         if clips else "-")
         rows.append([style, *cells])
     return table(rows)

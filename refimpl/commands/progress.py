@@ -5,7 +5,8 @@ import time
 
 
 class Progress:
-    """Prints a line a step with the time left, to the standard error; at most one every `seconds`, and always the last.
+    """Prints a line a step with the time left, to the standard error; at most one every `seconds`,
+    and always the last.
 
     total : number of steps;  name : of a step
     """
@@ -21,7 +22,8 @@ class Progress:
             return
         self.shown = now
         left = (now - self.began) / self.done * (self.total - self.done)
-        print(f"{self.name} {self.done}/{self.total}  {text}  {duration(left)} left", file=sys.stderr, flush=True)
+        print(f"{self.name} {self.done}/{self.total}  {text}  {duration(left)} left",
+              file=sys.stderr, flush=True)
 
 
 def duration(seconds):
@@ -35,9 +37,14 @@ def duration(seconds):
 
 
 def table(rows):
-    """Columns lined up: the first to the left, the others to the right.   list of lists of str  ->  list of str"""
+    """Columns lined up: the first to the left, the others to the right.
+    list of lists of str  ->  list of str
+    """
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return ["  ".join(cell.ljust(w) if i == 0 else cell.rjust(w) for i, (cell, w) in enumerate(zip(row, widths))).rstrip() for row in rows]
+    return [
+        "  ".join(
+            cell.ljust(w) if i == 0 else cell.rjust(w)
+            for i, (cell, w) in enumerate(zip(row, widths))).rstrip() for row in rows]
 
 
 def epoch_line(record):

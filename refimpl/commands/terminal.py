@@ -49,6 +49,7 @@ def safe_streams():
     out, err = Terminal(sys.stdout), Terminal(sys.stderr)
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         yield out
-    if out.gone:                                                 # or Python complains once more as it ends
+    # or Python complains once more as it ends
+    if out.gone:
         with contextlib.suppress(OSError, ValueError):
             sys.stdout.close()

@@ -42,13 +42,13 @@ def run(arguments):
     windows = bridge.training_windows(dataset.select(held_out=False))
     if not len(windows):
         raise ValueError(
-            f"{arguments.motions}: found no clip of more than {rows.SHORTEST} frames to train on, needed some that are not held out"
-        )
+            f"{arguments.motions}: found no clip of more than {rows.SHORTEST} frames to train on, "
+            "needed some that are not held out")
     normaliser = rows.fit_normaliser(windows)
     X = np.ascontiguousarray(normaliser.apply(windows), np.float32)
     print(
-        f"{len(X)} windows of {X.shape[2]} frames of {dataset.source}, remainders padded as the 2016 code does"
-    )
+        f"{len(X)} windows of {X.shape[2]} frames of {dataset.source}, remainders padded as the "
+        "2016 code does")
     settings = {
         name: getattr(arguments, name)
         for name in ("epochs", "batch", "rate", "hidden", "width", "seed")}
@@ -60,5 +60,5 @@ def run(arguments):
     save_preprocess(arguments.preprocess, normaliser)
     finish(arguments)
     print(
-        f"{arguments.output}, {arguments.preprocess}: {arguments.hidden} hidden units, filters of {arguments.width} frames"
-    )
+        f"{arguments.output}, {arguments.preprocess}: {arguments.hidden} hidden units, filters of "
+        f"{arguments.width} frames")

@@ -24,29 +24,49 @@ FORMS = ("own", "coded")
 
 def add_commands(commands):
     command = commands.add_parser("transfer", help="stylise a BVH clip", description=DESCRIPTION)
-    command.add_argument("style_file", metavar="STYLE.npz", nargs="?", type=InputPath, help="what `refimpl train-style` wrote")
+    command.add_argument("style_file", metavar="STYLE.npz", nargs="?", type=InputPath,
+                         help="what `refimpl train-style` wrote")
     command.add_argument("clip", metavar="CLIP.bvh", nargs="?", type=InputPath, help="the content")
     command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputPath, required=True)
-    command.add_argument("--mapping", metavar="FILE.csv", type=InputPath, help="lines slot,joint for a skeleton with other names")
-    command.add_argument("--raw", action="store_true", help="what the method gives as it is, jitter and sliding feet included")
-    command.add_argument("--no-projection", action="store_true", help="T(I) alone, without the manifold projection P")
-    command.add_argument("--own-pace", action="store_true", help="walk the content's path as fast as the result's feet step")
-    command.add_argument("--plot", metavar="OUT.png", type=OutputPath, help="draw content and result, a pose at a time, from the side")
-    command.add_argument("--animate", metavar="OUT.html", type=OutputPath, help="an animation of content and result for a browser")
-    command.add_argument("--json", metavar="FILE", type=OutputPath, help="write what was done as JSON")
-    command.add_argument("--method", choices=("network", "optimise"), default="network", help="(default: %(default)s)")
+    command.add_argument("--mapping", metavar="FILE.csv", type=InputPath,
+                         help="lines slot,joint for a skeleton with other names")
+    command.add_argument("--raw", action="store_true",
+                         help="what the method gives as it is, jitter and sliding feet included")
+    command.add_argument("--no-projection", action="store_true",
+                         help="T(I) alone, without the manifold projection P")
+    command.add_argument("--own-pace", action="store_true",
+                         help="walk the content's path as fast as the result's feet step")
+    command.add_argument("--plot", metavar="OUT.png", type=OutputPath,
+                         help="draw content and result, a pose at a time, from the side")
+    command.add_argument("--animate", metavar="OUT.html", type=OutputPath,
+                         help="an animation of content and result for a browser")
+    command.add_argument("--json", metavar="FILE", type=OutputPath,
+                         help="write what was done as JSON")
+    command.add_argument("--method", choices=("network", "optimise"), default="network",
+                         help="(default: %(default)s)")
     group = command.add_argument_group("with --method optimise")
     group.add_argument("--content", metavar="CLIP.bvh", type=InputPath, help="the content")
-    group.add_argument("--style", metavar="S.bvh", nargs="+", type=InputPath, help="one clip or more in the style")
-    group.add_argument("--manifold", metavar="M.npz", type=InputPath, help="what `refimpl train-autoencoder` wrote")
-    group.add_argument("--network", metavar="N.npz", type=InputPath, help="a network of 2016: the authors' network_core.npz, or what `refimpl train-2016` wrote")
-    group.add_argument("--preprocess", metavar="P.npz", type=InputPath, help="its normaliser, like the authors' preprocess_core.npz")
-    group.add_argument("--form", choices=FORMS, help=f"of the search: this package's or the 2016 code's (default: {FORMS[0]})")
-    group.add_argument("--weight-style", type=number(least=0, below=1), metavar="S",
-                       help=f"against 1 - S for the content (default: {own.STYLE['groups']}; coded and with the 2016 normaliser "
-                            f"{search.AMOUNT:g} / {1 + search.AMOUNT:g})")
-    group.add_argument("--start", choices=("noise", "content"), help=f"where the own search begins (default: {own.Settings.start})")
-    group.add_argument("--iterations", type=whole(0), metavar="N", help=f"of the first search (default: {own.Settings.iterations})")
+    group.add_argument("--style", metavar="S.bvh", nargs="+", type=InputPath,
+                       help="one clip or more in the style")
+    group.add_argument("--manifold", metavar="M.npz", type=InputPath,
+                       help="what `refimpl train-autoencoder` wrote")
+    group.add_argument(
+        "--network", metavar="N.npz", type=InputPath,
+        help="a network of 2016: the authors' network_core.npz, or what `refimpl train-2016` wrote")
+    group.add_argument("--preprocess", metavar="P.npz", type=InputPath,
+                       help="its normaliser, like the authors' preprocess_core.npz")
+    group.add_argument(
+        "--form", choices=FORMS,
+        help=f"of the search: this package's or the 2016 code's (default: {FORMS[0]})")
+    group.add_argument(
+        "--weight-style", type=number(least=0, below=1), metavar="S", help=
+        f"against 1 - S for the content (default: {own.STYLE['groups']}; coded and with the 2016 "
+        "normaliser "
+        f"{search.AMOUNT:g} / {1 + search.AMOUNT:g})")
+    group.add_argument("--start", choices=("noise", "content"),
+                       help=f"where the own search begins (default: {own.Settings.start})")
+    group.add_argument("--iterations", type=whole(0), metavar="N",
+                       help=f"of the first search (default: {own.Settings.iterations})")
     group.add_argument("--seed", type=whole(0), metavar="N", help="of the noise (default: 0)")
     command.set_defaults(run=run)
 
@@ -57,7 +77,8 @@ def run(arguments):
     check_ending(arguments.output, ".bvh")
     overrides = read_mapping(arguments.mapping) if arguments.mapping else None
     if optimised:
-        network = bridge.read(arguments.network, arguments.preprocess) if arguments.network else None
+        network = bridge.read(arguments.network,
+                              arguments.preprocess) if arguments.network else None
         manifold = load_manifold(arguments.manifold) if network is None else None
         exemplars = [_exemplar(path, overrides) for path in arguments.style]
         name = " ".join(arguments.style)
@@ -68,20 +89,31 @@ def run(arguments):
     if optimised:
         result = _optimise(arguments, take, exemplars, manifold, network)
     else:
-        result = transfer(take, style, projected=not arguments.no_projection, clean=not arguments.raw, own_pace=arguments.own_pace)
+        result = transfer(take, style, projected=not arguments.no_projection,
+                          clean=not arguments.raw, own_pace=arguments.own_pace)
     write_bvh(arguments.output, result.clip)
     unit = guess_unit(standing_height(bone_lengths(take.positions)))
-    apart = np.linalg.norm((result.positions - take.positions)[:, SLOT["Hips"], [0, 2]], axis=-1)    # of what was written
+    # of what was written
+    apart = np.linalg.norm((result.positions - take.positions)[:, SLOT["Hips"], [0, 2]], axis=-1)
     mean, largest, way = float(apart.mean()), float(apart.max()), path_length(take.features)
-    print(f"{arguments.output}: {result.clip.frames} frames at 60 frames/s in style {name}; "
-          f"its path leaves the content's by {mean:.3g} on average, {largest:.3g} at most, of a way of {way:.3g} ({unit})"
-          + ("" if carries_hips(take) else "; the file has no joint with three position channels to carry it: it stays where the content is"))
+    print(
+        f"{arguments.output}: {result.clip.frames} frames at 60 frames/s in style {name}; "
+        f"its path leaves the content's by {mean:.3g} on average, {largest:.3g} at most, of a way "
+        f"of {way:.3g} ({unit})"
+        +
+        ("" if carries_hips(take) else
+         "; the file has no joint with three position channels to carry it: it stays where the "
+         "content is"
+         ))
     for warning in result.warnings:
         print(f"refimpl: warning: {content}: {warning}", file=sys.stderr)
     if arguments.json:
-        row = {"content": content, "style": name, "result": arguments.output, "frames": result.clip.frames,
-               "fps": result.clip.fps, "mean path error": mean, "largest path error": largest, "way": way, "unit": unit,
-               "path kept": result.kept, "strangeness": None if np.isnan(result.strangeness) else result.strangeness, "warnings": "; ".join(result.warnings)}
+        row = {
+            "content": content, "style": name, "result": arguments.output,
+            "frames": result.clip.frames, "fps": result.clip.fps, "mean path error": mean,
+            "largest path error": largest, "way": way, "unit": unit, "path kept": result.kept,
+            "strangeness": None if np.isnan(result.strangeness) else result.strangeness,
+            "warnings": "; ".join(result.warnings)}
         settings = {key: value for key, value in vars(arguments).items() if key != "run"}
         write_report(arguments.json, "transfer", settings, [row])
     if arguments.plot or arguments.animate:
@@ -89,7 +121,9 @@ def run(arguments):
 
 
 def _optimise(arguments, take, exemplars, manifold, network):
-    chosen = {"style": arguments.weight_style, "start": arguments.start, "iterations": arguments.iterations}
+    chosen = {
+        "style": arguments.weight_style, "start": arguments.start,
+        "iterations": arguments.iterations}
     chosen = {key: value for key, value in chosen.items() if value is not None}
     common = {"clean": not arguments.raw, "seed": arguments.seed or 0}
     if arguments.form == "coded":
@@ -97,7 +131,8 @@ def _optimise(arguments, take, exemplars, manifold, network):
             share = chosen.pop("style")
             chosen["amount"] = share / (1 - share)
         return bridge.transfer(take, exemplars[0].positions, network, **chosen, **common)
-    return own.transfer(take, exemplars, manifold or network.manifold(), settings=own.Settings(**chosen), **common)
+    return own.transfer(take, exemplars, manifold or network.manifold(),
+                        settings=own.Settings(**chosen), **common)
 
 
 def _exemplar(path, overrides):
@@ -111,28 +146,49 @@ def _exemplar(path, overrides):
 
 
 def _check_method(arguments):
-    """Every option of the other method is refused, every missing one named.   ->  path of the content"""
-    of_network = {"STYLE.npz": arguments.style_file, "CLIP.bvh": arguments.clip, "--no-projection": arguments.no_projection or None, "--own-pace": arguments.own_pace or None}
-    of_optimise = {"--content": arguments.content, "--style": arguments.style, "--manifold": arguments.manifold, "--network": arguments.network,
-                   "--preprocess": arguments.preprocess, "--form": arguments.form, "--weight-style": arguments.weight_style,
-                   "--start": arguments.start, "--iterations": arguments.iterations, "--seed": arguments.seed}
+    """Every option of the other method is refused, every missing one named.
+    ->  path of the content
+    """
+    of_network = {
+        "STYLE.npz": arguments.style_file, "CLIP.bvh": arguments.clip,
+        "--no-projection": arguments.no_projection or None, "--own-pace": arguments.own_pace
+        or None}
+    of_optimise = {
+        "--content": arguments.content, "--style": arguments.style,
+        "--manifold": arguments.manifold, "--network": arguments.network,
+        "--preprocess": arguments.preprocess, "--form": arguments.form,
+        "--weight-style": arguments.weight_style, "--start": arguments.start,
+        "--iterations": arguments.iterations, "--seed": arguments.seed}
     optimised = arguments.method == "optimise"
     of_2016 = arguments.network or arguments.preprocess or arguments.form == "coded"
-    needed = ("--content", "--style", *(("--network", "--preprocess") if of_2016 else ("--manifold",))) if optimised else ("STYLE.npz", "CLIP.bvh")
+    needed = ("--content", "--style", *(("--network", "--preprocess") if of_2016 else
+                                        ("--manifold", ))) if optimised else ("STYLE.npz",
+                                                                              "CLIP.bvh")
     for name, value in (of_network if optimised else of_optimise).items():
         if value is not None:
-            hint = {"STYLE.npz": "leave it out; the style is --style S.bvh", "CLIP.bvh": "give the clip with --content"}.get(name, "leave it out")
-            raise ValueError(f"transfer: found {name} with --method {arguments.method}, which has no use for it; "
-                             + (hint if optimised else "try --method optimise"))
+            hint = {
+                "STYLE.npz": "leave it out; the style is --style S.bvh",
+                "CLIP.bvh": "give the clip with --content"}.get(name, "leave it out")
+            raise ValueError(
+                f"transfer: found {name} with --method {arguments.method}, which has no use for "
+                "it; "
+                + (hint if optimised else "try --method optimise"))
     missing = [name for name in needed if (of_optimise if optimised else of_network)[name] is None]
     if missing:
-        raise ValueError(f"transfer: found no {', '.join(missing)}, needed {', '.join(needed)} with --method {arguments.method}")
+        raise ValueError(
+            f"transfer: found no {', '.join(missing)}, needed {', '.join(needed)} with --method "
+            f"{arguments.method}")
     if of_2016 and arguments.manifold:
-        raise ValueError("transfer: found --manifold beside a network of 2016, needed one of them; the coded form is for the latter: leave --manifold out")
+        raise ValueError(
+            "transfer: found --manifold beside a network of 2016, needed one of them; the coded "
+            "form is for the latter: leave --manifold out")
     if arguments.form == "coded" and arguments.start:
-        raise ValueError("transfer: found --start with --form coded, which always begins at noise; leave it out")
+        raise ValueError(
+            "transfer: found --start with --form coded, which always begins at noise; leave it out")
     if arguments.form == "coded" and len(arguments.style) > 1:
-        raise ValueError(f"transfer: found {len(arguments.style)} clips for --style with --form coded, needed one, as the 2016 code takes")
+        raise ValueError(
+            f"transfer: found {len(arguments.style)} clips for --style with --form coded, needed "
+            "one, as the 2016 code takes")
     return arguments.content if optimised else arguments.clip
 
 

@@ -12,8 +12,8 @@ import threading
 def workers(count: int):
     """An executor of `count` processes, None for one.   yields Executor or None
 
-    When the command is stopped what was not begun is dropped; a worker whose parent has gone, however
-    it went, ends by itself.
+    When the command is stopped what was not begun is dropped; a worker whose parent has gone,
+    however it went, ends by itself.
     """
     if count == 1:
         yield None

@@ -1,8 +1,11 @@
-"""What does agreement mean? A kit that checks another implementation against this one, and this one against itself.
+"""What does agreement mean? A kit that checks another implementation against this one, and this one
+against itself.
 
-- `record`: what the kit knows of an operation.   `operations_nn`, `operations_holden`: the records, with their inputs.
+- `record`: what the kit knows of an operation.
+  `operations_nn`, `operations_holden`: the records, with their inputs.
 - `definitions`: everything a second time, in loops.   `rivals`: conventions that others follow.
-- `cases`: what is tried.   `backend`: who is tried.   `judge`: the verdict.   `report`: for people and for machines.
+- `cases`: what is tried.   `backend`: who is tried.   `judge`: the verdict.
+  `report`: for people and for machines.
 - `prove`: the reference against its second derivation and the instruments of `gradcheck`.
 - `golden`: inputs and outputs as files for readers without Python.
 - `strategies`: hypothesis strategies of valid inputs (imported by name only; needs hypothesis).
@@ -12,4 +15,6 @@ from .backend import Backend, BackendError, as_backend, load_backend, reference
 from .cases import OPERATIONS, Case, case, cases
 from .judge import Outcome, judge, judge_all
 
-__all__ = ["OPERATIONS", "Backend", "BackendError", "Case", "Outcome", "as_backend", "case", "cases", "judge", "judge_all", "load_backend", "reference"]
+__all__ = [
+    "OPERATIONS", "Backend", "BackendError", "Case", "Outcome", "as_backend", "case", "cases",
+    "judge", "judge_all", "load_backend", "reference"]

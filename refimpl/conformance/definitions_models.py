@@ -1,7 +1,9 @@
-r"""More second definitions of the 2006 system: support vectors, predicted styles, exponential maps, the search of equation 12, measures of effort.
+r"""More second definitions of the 2006 system: support vectors, predicted styles, exponential maps,
+the search of equation 12, measures of effort.
 
-Loops, and another way than the fast form's where there is one: a support vector machine by moving every pair of betas and then solving its
-conditions exactly, an exponential map by its series, a minimum by the sign of the derivative.
+Loops, and another way than the fast form's where there is one: a support vector machine by moving
+every pair of betas and then solving its conditions exactly, an exponential map by its series, a
+minimum by the sign of the derivative.
 """
 
 import math
@@ -26,27 +28,35 @@ def support_vectors(K, y, C, epsilon):
 
 
 def best_move(K, y, beta, i, j, C, epsilon):
-    """The t that lowers the dual most when beta_i rises and beta_j sinks by it: a stationary point for some pair of signs, a kink or an end."""
+    """The t that lowers the dual most when beta_i rises and beta_j sinks by it: a stationary point
+    for some pair of signs, a kink or an end.
+    """
     slope = sum((K[i, k] - K[j, k]) * beta[k] for k in range(len(y))) - y[i] + y[j]
     curvature = max(K[i, i] + K[j, j] - 2 * K[i, j], 1e-300)
     low, high = max(-C - beta[i], beta[j] - C), min(C - beta[i], C + beta[j])
     tries = [-(slope + epsilon * signs) / curvature for signs in (-2, 0, 2)] + [-beta[i], beta[j]]
 
     def change(t):
-        return t * (slope + 0.5 * curvature * t) + epsilon * (abs(beta[i] + t) + abs(beta[j] - t) - abs(beta[i]) - abs(beta[j]))
+        return t * (slope + 0.5 * curvature * t) + epsilon * (abs(beta[i] + t) + abs(beta[j] - t)
+                                                              - abs(beta[i]) - abs(beta[j]))
     return min((min(max(t, low), high) for t in tries), key=change)
 
 
 def exact_solution(K, y, beta, C, epsilon):
-    """Which betas are 0, at the box or between is guessed from `beta`; the conditions are then linear equations.   ->  beta, b, or None"""
+    """Which betas are 0, at the box or between is guessed from `beta`; the conditions are then
+    linear equations.   ->  beta, b, or None
+    """
     n = len(y)
     free = [i for i in range(n) if 1e-7 * C < abs(beta[i]) < (1 - 1e-7) * C]
-    fixed = [0.0 if i in free or abs(beta[i]) < 0.5 * C else math.copysign(C, beta[i]) for i in range(n)]
+    fixed = [
+        0.0 if i in free or abs(beta[i]) < 0.5 * C else math.copysign(C, beta[i]) for i in range(n)]
     sign = [math.copysign(1.0, beta[i]) for i in free]
     found = np.array(fixed)
     if free:
         A = [[K[i, j] for j in free] + [1.0] for i in free] + [[1.0] * len(free) + [0.0]]
-        right = [y[i] - s * epsilon - sum(K[i, k] * fixed[k] for k in range(n)) for i, s in zip(free, sign)] + [-sum(fixed)]
+        right = [
+            y[i] - s * epsilon - sum(K[i, k] * fixed[k] for k in range(n))
+            for i, s in zip(free, sign)] + [-sum(fixed)]
         *values, b = solved(A, right)
         found[free] = values
         if any(v * s < 0 or abs(v) > C for v, s in zip(values, sign)):
@@ -60,7 +70,9 @@ def exact_solution(K, y, beta, C, epsilon):
 
 
 def support_vectors_without_bias(K, y, C, epsilon):
-    """The same with b = 0 and no condition on the sum, as a rival has it: one beta at a time until nothing moves."""
+    """The same with b = 0 and no condition on the sum, as a rival has it: one beta at a time until
+    nothing moves.
+    """
     beta = np.zeros(len(y))
     for _ in range(5000):
         before = beta.copy()
@@ -75,17 +87,21 @@ def support_vectors_without_bias(K, y, C, epsilon):
 def support_vector_regression(K, y, K_new, *, C, epsilon, solve=support_vectors):
     beta, b = solve(K, y, C, epsilon)
     n = range(len(y))
-    dual = sum(0.5 * beta[i] * K[i, j] * beta[j] for i in n for j in n) - sum(y[i] * beta[i] - epsilon * abs(beta[i]) for i in n)
+    dual = sum(0.5 * beta[i] * K[i, j] * beta[j] for i in n
+               for j in n) - sum(y[i] * beta[i] - epsilon * abs(beta[i]) for i in n)
     return dual, np.array([sum(row[i] * beta[i] for i in n) + b for row in K_new])
 
 
 def predicted_style(Z, Y, new, *, kind, ridge=None, gamma=None, C=None, epsilon=None):
     """One effort after the other, on inputs in units of their standard deviation."""
     if kind == "linear interpolation":
-        return np.array([[(1 - z[-1]) * z[k - 7] + z[-1] * z[k - 4] for k in range(3)] for z in new])
+        return np.array([[(1 - z[-1]) * z[k - 7] + z[-1] * z[k - 4] for k in range(3)]
+                         for z in new])
     mean = [sum(column) / len(Z) for column in Z.T]
-    deviation = [math.sqrt(sum((x - m) ** 2 for x in column) / len(Z)) or 1.0 for column, m in zip(Z.T, mean)]
-    X, there = (np.array([[(x - m) / s for x, m, s in zip(z, mean, deviation)] for z in rows]) for rows in (Z, new))
+    deviation = [
+        math.sqrt(sum((x - m)**2 for x in column) / len(Z)) or 1.0 for column, m in zip(Z.T, mean)]
+    X, there = (np.array([[(x - m) / s for x, m, s in zip(z, mean, deviation)] for z in rows])
+                for rows in (Z, new))
     results = []
     for y in Y.T:
         usual = sum(y) / len(y)
@@ -137,7 +153,9 @@ def rotation_vector(R):
 
 
 def continuous_exponential_maps(R, reference):
-    """Of all vectors v + 2 pi k u of one rotation the nearest to the frame before; both ways round to begin with, and the shorter one taken."""
+    """Of all vectors v + 2 pi k u of one rotation the nearest to the frame before; both ways round
+    to begin with, and the shorter one taken.
+    """
     T, J = R.shape[:2]
     out = np.zeros((T, J, 3))
     for j in range(J):
@@ -146,7 +164,8 @@ def continuous_exponential_maps(R, reference):
         for turns in (0, -1):
             before, way = equivalents(shortest[0], shortest[0], (turns,))[0], []
             for v in shortest:
-                before = min(equivalents(v, before, range(-6, 7)), key=lambda x: distance(x, before))
+                before = min(equivalents(v, before, range(-6, 7)),
+                             key=lambda x: distance(x, before))
                 way.append(before)
             ways.append(way)
         lengths = [sum(math.sqrt(distance(x, [0, 0, 0])) for x in way) / T for way in ways]
@@ -195,7 +214,8 @@ def effort_measures(positions, *, fps):
     for _ in range(3):
         last = differences[-1]
         differences.append(np.array([(last[t + 1] - last[t]) * fps for t in range(len(last) - 1)]))
-    lengths = [[[math.sqrt(distance(x, [0, 0, 0])) for x in frame] for frame in difference] for difference in differences[1:]]
+    lengths = [[[math.sqrt(distance(x, [0, 0, 0])) for x in frame] for frame in difference]
+               for difference in differences[1:]]
     energy = max(0.5 * sum(v * v for v in frame) for frame in lengths[0])
     return np.array([energy] + [sum(map(sum, frames)) / (len(frames) * J) for frames in lengths])
 

@@ -122,8 +122,9 @@ def total_loss_backward(
     """dloss : scalar  ->  a gradient for each of W1, b1, W2, b2, W3, b3; everything else is a
     constant"""
     batch = objective.Batch(I, gram, contacts, bones, trajectory, hidden)
-    g = objective.total_loss_backward(dloss, dict(zip(T_NAMES, arrays)), batch, {"W0": W0, "b0": b0},
-                                      mean, deviation, objective.WEIGHTS[reading])
+    g = objective.total_loss_backward(dloss, dict(zip(T_NAMES,
+                                                      arrays)), batch, {"W0": W0, "b0": b0}, mean,
+                                      deviation, objective.WEIGHTS[reading])
     return tuple(g[name] for name in T_NAMES)
 
 

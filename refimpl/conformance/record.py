@@ -1,4 +1,6 @@
-"""What the kit knows of an operation: one record each, with inputs that try it and inputs that it must refuse."""
+"""What the kit knows of an operation: one record each, with inputs that try it and inputs that it
+must refuse.
+"""
 
 from dataclasses import dataclass, field
 
@@ -9,9 +11,11 @@ import numpy as np
 class Sample:
     """One set of inputs.
 
-    inputs : arrays (None where one is left out);  attributes : keyword arguments;  smooth : whether the gradient can be measured (no tie, no
-    kink, no NaN here);  known : {"outputs": tuple, "upstream": array, "gradients": tuple} worked by hand, where a rule and not the
-    mathematics decides;  factors : on the tolerance of each output, beyond the operation's own (searches that others end earlier).
+    inputs : arrays (None where one is left out);  attributes : keyword arguments;  smooth : whether
+    the gradient can be measured (no tie, no kink, no NaN here);  known : {"outputs": tuple,
+    "upstream": array, "gradients": tuple} worked by hand, where a rule and not the mathematics
+    decides;  factors : on the tolerance of each output, beyond the operation's own (searches that
+    others end earlier).
     """
 
     label: str
@@ -36,10 +40,14 @@ class Bad:
 class Operation:
     """One operation of the reference.
 
-    name : what a backend calls it; its gradient is name + "_backward";  arguments : names of the inputs;  f, backward : the reference;
-    definition : the same mathematics derived a second time, slow and plain, float64 or complex;  same : (outputs found, arguments,
-    attributes) -> whether they answer the question as well as the reference's (a tie that a rule decides), "" or what they follow;  samples : rng -> list of Sample;
-    bad : () -> list of Bad;  batched : inputs whose first axis is the batch;  tolerance : factor on a backend's tolerance (long sums, searches);
+    name : what a backend calls it; its gradient is name + "_backward";  arguments : names of the
+    inputs;  f, backward : the reference;
+    definition : the same mathematics derived a second time, slow and plain, float64 or complex;
+    same : (outputs found, arguments, attributes) ->  whether they answer the question as well as
+    the reference's (a tie that a rule decides), "" or what they follow;  samples : rng ->  list of
+    Sample;
+    bad : () ->  list of Bad;  batched : inputs whose first axis is the batch;  tolerance : factor
+    on a backend's tolerance (long sums, searches);
     precisions : that it is tried in;  backward : None where there is no gradient.
     """
 
@@ -62,15 +70,18 @@ class PythonNumber(np.ndarray):
 
 
 def as_tuple(result):
-    """The outputs of a function, or the gradients of a backward, as a tuple of arrays; None is kept."""
+    """The outputs of a function, or the gradients of a backward, as a tuple of arrays; None is
+    kept.
+    """
     parts = result if isinstance(result, (tuple, list)) else (result,)
-    return tuple(None if part is None else np.asarray(part).view(PythonNumber) if type(part) is float else np.asarray(part)
-                 for part in parts)
+    return tuple(None if part is None else np.asarray(part).view(PythonNumber) if type(part) is
+                 float else np.asarray(part) for part in parts)
 
 
 def cast(inputs, dtype):
     """Floating-point inputs in another precision; whole numbers, labels and None as they are."""
-    return tuple(x.astype(dtype) if isinstance(x, np.ndarray) and x.dtype.kind == "f" else x for x in inputs)
+    return tuple(
+        x.astype(dtype) if isinstance(x, np.ndarray) and x.dtype.kind == "f" else x for x in inputs)
 
 
 def largest(wanted):
@@ -81,7 +92,8 @@ def largest(wanted):
 
 
 def relative_difference(found, wanted):
-    """How far each element is off, in units of the largest finite element wanted (of 1 where all are 0); NaN agrees with NaN alone.
+    """How far each element is off, in units of the largest finite element wanted (of 1 where all
+    are 0); NaN agrees with NaN alone.
 
     Two arrays of one shape  ->  array of that shape, inf where one is finite and the other is not
     """

@@ -6,7 +6,9 @@ from . import definitions_models as models, operations_torresani as ours
 
 
 def along_p_first(X, Y):
-    """Of equal ways the step in the first sequence before the diagonal one, as many a textbook has it."""
+    """Of equal ways the step in the first sequence before the diagonal one, as many a textbook has
+    it.
+    """
     d = np.array([[np.sum((x - y) ** 2) for y in Y] for x in X])
     C = np.full((len(X) + 1, len(Y) + 1), np.inf)
     C[0, 0] = 0.0
@@ -22,7 +24,8 @@ def along_p_first(X, Y):
 
 def exchanged(X, Y, root_X, root_Y, path, *, alpha, smooth=6.0, up="y"):
     """alpha = 0 gives the second sequence, as section 8 prints it."""
-    return ours.space_time_interpolation(X, Y, root_X, root_Y, path, alpha=1 - alpha, smooth=smooth, up=up)
+    return ours.space_time_interpolation(X, Y, root_X, root_Y, path, alpha=1 - alpha, smooth=smooth,
+                                         up=up)
 
 
 def width_for_gamma(A, B, *, gamma):
@@ -41,7 +44,8 @@ def ridge_of_the_mean(function):
 
 
 def without_offset(K, y, K_new, *, C, epsilon):
-    return models.support_vector_regression(K, y, K_new, C=C, epsilon=epsilon, solve=models.support_vectors_without_bias)
+    return models.support_vector_regression(K, y, K_new, C=C, epsilon=epsilon,
+                                            solve=models.support_vectors_without_bias)
 
 
 def printed_interpolation(Z, Y, new, *, kind, **options):
@@ -57,18 +61,27 @@ def central_differences(positions, *, fps):
     velocity = np.gradient(positions, axis=0) * fps
     acceleration = np.gradient(velocity, axis=0) * fps
     jerk = np.gradient(acceleration, axis=0) * fps
-    return np.array([0.5 * np.sum(velocity ** 2, axis=(1, 2)).max(), *(np.linalg.norm(x, axis=-1).mean() for x in (velocity, acceleration, jerk))])
+    return np.array([
+        0.5 * np.sum(velocity**2, axis=(1, 2)).max(),
+        *(np.linalg.norm(x, axis=-1).mean() for x in (velocity, acceleration, jerk))])
 
 
 RIVALS = {
     "dtw_path": [("of equal ways the step in the first sequence", along_p_first)],
-    "space_time_interpolation": [("alpha = 0 giving the second sequence, as section 8 prints", exchanged)],
-    "gaussian_kernel": [("gamma taken for the Gaussian's width", width_for_gamma), ("the distance not squared", not_squared)],
-    "linear_ridge": [("lambda times the number of examples", ridge_of_the_mean(ours.linear_ridge))],
+    "space_time_interpolation": [
+        ("alpha = 0 giving the second sequence, as section 8 prints", exchanged)],
+    "gaussian_kernel": [
+        ("gamma taken for the Gaussian's width", width_for_gamma),
+        ("the distance not squared", not_squared)], "linear_ridge": [
+            ("lambda times the number of examples", ridge_of_the_mean(ours.linear_ridge))],
     "kernel_ridge": [("lambda times the number of examples", ridge_of_the_mean(ours.kernel_ridge))],
-    "support_vector_regression": [("a machine without the offset b", without_offset)],
-    "predicted_style": [("alpha e_i + (1 - alpha) e_j, as section 8 prints", printed_interpolation)],
-    "exponential_map": [("rotations of the other hand (row vectors)", lambda v: np.ascontiguousarray(ours.rotation.exp_map(v).swapaxes(-1, -2)))],
-    "rotation_vector": [("rotations of the other hand (row vectors)", lambda R: ours.rotation.log_map(np.ascontiguousarray(R.swapaxes(-1, -2))))],
-    "effort_measures": [("central differences, as np.gradient takes them", central_differences)],
-}
+    "support_vector_regression": [
+        ("a machine without the offset b", without_offset)], "predicted_style": [
+            ("alpha e_i + (1 - alpha) e_j, as section 8 prints",
+             printed_interpolation)], "exponential_map": [
+                 ("rotations of the other hand (row vectors)",
+                  lambda v: np.ascontiguousarray(ours.rotation.exp_map(v).swapaxes(-1, -2)))
+             ], "rotation_vector": [
+                 ("rotations of the other hand (row vectors)",
+                  lambda R: ours.rotation.log_map(np.ascontiguousarray(R.swapaxes(-1, -2))))],
+    "effort_measures": [("central differences, as np.gradient takes them", central_differences)], }

@@ -89,10 +89,11 @@ def total_samples(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
     W0, b0, I = n((6, FEATURES, 3)) * 0.1, n(6) * 0.1, n((2, FEATURES, 6))
     root = n((2, 6, 6))
-    constants = {"I": I, "W0": W0, "b0": b0, "hidden": plain.relu(plain.max_pool1d(plain.conv1d(I, W0, b0))),
-                 "gram": root @ root.swapaxes(1, 2), "contacts": rng.random((2, 4, 6)) < 0.6,
-                 "bones": rng.uniform(1, 4, len(BONES)), "trajectory": n((2, 3, 6)),
-                 "mean": n(FEATURES), "deviation": rng.uniform(0.5, 3, FEATURES)}
+    constants = {
+        "I": I, "W0": W0, "b0": b0, "hidden": plain.relu(plain.max_pool1d(plain.conv1d(I, W0, b0))),
+        "gram": root @ root.swapaxes(1, 2), "contacts": rng.random(
+            (2, 4, 6)) < 0.6, "bones": rng.uniform(1, 4, len(BONES)), "trajectory": n(
+                (2, 3, 6)), "mean": n(FEATURES), "deviation": rng.uniform(0.5, 3, FEATURES)}
     arrays = (n((3, FEATURES, 3)) * 0.1, n(3), n((2, 3, 3)), n(2), n((FEATURES, 2, 3)),
               n(FEATURES))
     return [Sample("plain", arrays, constants),

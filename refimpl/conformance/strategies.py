@@ -1,4 +1,5 @@
-"""hypothesis strategies of valid inputs, for property tests of an implementation. Needs hypothesis; nothing else imports this module.
+"""hypothesis strategies of valid inputs, for property tests of an implementation. Needs hypothesis;
+nothing else imports this module.
 
     from refimpl.conformance.strategies import conv1d_inputs
 
@@ -22,13 +23,20 @@ def tensors(shape, dtype=np.float64):
 
 @st.composite
 def conv1d_inputs(draw, dtype=np.float64, largest=4, frames=14):
-    """((x, w, b or None), {stride, padding, dilation, groups}) for which `conv1d` makes an output; a batch may be empty."""
+    """((x, w, b or None), {stride, padding, dilation, groups}) for which `conv1d` makes an output;
+    a batch may be empty.
+    """
     groups = draw(st.integers(1, 3))
-    per_group, out_per_group, K = draw(st.integers(1, largest)), draw(st.integers(1, largest)), draw(st.integers(1, 7))
+    per_group, out_per_group, K = draw(st.integers(1,
+                                                   largest)), draw(st.integers(1, largest)), draw(
+                                                       st.integers(1, 7))
     stride, dilation = draw(st.integers(1, 3)), draw(st.integers(1, 3))
-    padding = draw(st.one_of(st.just("valid"), st.integers(0, 5), st.tuples(st.integers(0, 5), st.integers(0, 5)),
-                             *([st.just("same")] if stride == 1 else [])))
-    zeros = {"valid": 0, "same": dilation * (K - 1)}[padding] if isinstance(padding, str) else 2 * padding if isinstance(padding, int) else sum(padding)
+    padding = draw(
+        st.one_of(st.just("valid"), st.integers(0, 5),
+                  st.tuples(st.integers(0, 5), st.integers(0, 5)),
+                  *([st.just("same")] if stride == 1 else [])))
+    zeros = {"valid": 0, "same": dilation * (K - 1)}[padding] if isinstance(
+        padding, str) else 2 * padding if isinstance(padding, int) else sum(padding)
     T = draw(st.integers(1, frames))
     assume(T + zeros >= dilation * (K - 1) + 1)
     x = draw(tensors((draw(st.integers(0, 3)), groups * per_group, T), dtype))
@@ -39,15 +47,24 @@ def conv1d_inputs(draw, dtype=np.float64, largest=4, frames=14):
 
 @st.composite
 def pool_inputs(draw, dtype=np.float64, frames=14):
-    """((x, width), {stride, padding, ceil_mode}) for which the pools make an output; ties are likely."""
+    """((x, width), {stride, padding, ceil_mode}) for which the pools make an output; ties are
+    likely.
+    """
     width = draw(st.integers(1, 5))
-    attributes = {"stride": draw(st.none() | st.integers(1, 4)), "padding": draw(st.integers(0, width // 2)), "ceil_mode": draw(st.booleans())}
+    attributes = {
+        "stride": draw(st.none() | st.integers(1, 4)), "padding": draw(st.integers(0, width // 2)),
+        "ceil_mode": draw(st.booleans())}
     T = draw(st.integers(max(1, width - 2 * attributes["padding"]), frames + width))
-    x = draw(arrays(dtype, (draw(st.integers(0, 2)), draw(st.integers(1, 3)), T), elements=st.integers(-3, 3).map(dtype)))
+    x = draw(
+        arrays(dtype, (draw(st.integers(0, 2)), draw(st.integers(1, 3)), T),
+               elements=st.integers(-3, 3).map(dtype)))
     return (x, width), attributes
 
 
 @st.composite
 def clips(draw, dtype=np.float64, channels=5, frames=8):
     """(N, C, T) arrays, N from 0."""
-    return draw(tensors((draw(st.integers(0, 3)), draw(st.integers(1, channels)), draw(st.integers(1, frames))), dtype))
+    return draw(
+        tensors(
+            (draw(st.integers(0, 3)), draw(st.integers(1, channels)), draw(st.integers(1, frames))),
+            dtype))

@@ -1,7 +1,7 @@
 """Motion made by formulas, for tests, notebooks and whoever has no clips.
 
-- `walkers`: people who walk and jog on a skeleton of their own.   `manner`: in which style.   `gait`:
-  how legs go.
+- `walkers`: people who walk and jog on a skeleton of their own.   `manner`: in which style.
+  `gait`: how legs go.
 - `performers`: people with known Laban efforts, for the 2006 system.
 - `sample`: one clip to begin with, the embedded one or a user's own.
 """

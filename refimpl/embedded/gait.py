@@ -1,8 +1,10 @@
-r"""How legs walk and jog: where the feet are planted, how they roll and swing, how high the hips can be, how the knee bends.
+r"""How legs walk and jog: where the feet are planted, how they roll and swing, how high the hips
+can be, how the knee bends.
 
-One cycle of the gait is phase 0..1 and begins when the left foot lands. Lengths are centimetres of a body of average size, angles radians,
-y is up; a body with yaw a faces (sin a, 0, cos a) and has its left side at (cos a, 0, -sin a). Every curve is closed-form in the
-phase with a continuous velocity; time is always the first axis, and nothing loops over it.
+One cycle of the gait is phase 0..1 and begins when the left foot lands. Lengths are centimetres of
+a body of average size, angles radians, y is up; a body with yaw a faces (sin a, 0, cos a) and has
+its left side at (cos a, 0, -sin a). Every curve is closed-form in the phase with a continuous
+velocity; time is always the first axis, and nothing loops over it.
 """
 
 from dataclasses import dataclass
@@ -14,21 +16,26 @@ from ..motion import rotation
 
 THIGH, SHIN = 39.0, 41.0
 ANKLE_HEIGHT, TOE_HEIGHT = 11.74, 4.25                       # of a foot that stands flat
-FOOT = np.array([0.0, TOE_HEIGHT - ANKLE_HEIGHT, 9.06])      # from the ankle to the ball of the flat foot: 11.76 cm long
-REACH = 0.986 * (THIGH + SHIN)                               # how far a planted leg is stretched at most: 19 degrees of knee
+# from the ankle to the ball of the flat foot: 11.76 cm long
+FOOT = np.array([0.0, TOE_HEIGHT - ANKLE_HEIGHT, 9.06])
+# how far a planted leg is stretched at most: 19 degrees of knee
+REACH = 0.986 * (THIGH + SHIN)
 
 
 @dataclass(frozen=True)
 class Gait:
     """A content: what the legs do before any style.
 
-    speed : cm/s;  stride : cm from one landing of a foot to its next, at that speed;  slowest, fastest : cm/s;
-    stance : part of the cycle that a foot is planted;  longest : its limit for any style (below 0.5: both feet leave the floor);
-    landing : part of the stance before the hips are above the ankle;  flat, heel_off : parts of the stance after which the sole lies flat
-    and the heel rises;
+    speed : cm/s;  stride : cm from one landing of a foot to its next, at that speed;  slowest,
+    fastest : cm/s;
+    stance : part of the cycle that a foot is planted;  longest : its limit for any style (below
+    0.5: both feet leave the floor);
+    landing : part of the stance before the hips are above the ankle;  flat, heel_off : parts of the
+    stance after which the sole lies flat and the heel rises;
     strike, push : pitch of the foot when it lands (toe up) and when it leaves (heel up), degrees;
     clearance : cm by which a swinging foot is lifted;  width : cm between an ankle and the path;
-    height : cm, hips above the floor;  bounce : cm, amplitude of the hips, positive when highest over a planted foot;
+    height : cm, hips above the floor;  bounce : cm, amplitude of the hips, positive when highest
+    over a planted foot;
     sway : cm, amplitude of the hips sideways;  lean, elbow, arm_swing, twist : degrees.
     """
 
@@ -54,19 +61,23 @@ class Gait:
     twist: float
 
 
-WALK = Gait(speed=110.0, stride=113.0, slowest=15.0, fastest=190.0, stance=0.60, longest=0.70, landing=0.39, flat=0.15, heel_off=0.55,
-            strike=20.0, push=66.0, clearance=5.0, width=6.5, height=92.6, bounce=0.6, sway=2.0,
-            lean=2.0, elbow=14.0, arm_swing=24.0, twist=6.0)
-JOG = Gait(speed=240.0, stride=168.0, slowest=120.0, fastest=380.0, stance=0.35, longest=0.44, landing=0.42, flat=0.18, heel_off=0.48,
-           strike=12.0, push=58.0, clearance=16.0, width=4.5, height=88.0, bounce=-2.6, sway=1.2,
-           lean=8.0, elbow=78.0, arm_swing=30.0, twist=9.0)
-STAND = Gait(speed=0.0, stride=0.0, slowest=0.0, fastest=0.0, stance=1.0, longest=1.0, landing=0.5, flat=0.0, heel_off=1.0,
-             strike=0.0, push=0.0, clearance=0.0, width=9.0, height=92.6, bounce=0.0, sway=1.5,
-             lean=0.0, elbow=12.0, arm_swing=1.5, twist=1.0)
+WALK = Gait(speed=110.0, stride=113.0, slowest=15.0, fastest=190.0, stance=0.60, longest=0.70,
+            landing=0.39, flat=0.15, heel_off=0.55, strike=20.0, push=66.0, clearance=5.0,
+            width=6.5, height=92.6, bounce=0.6, sway=2.0, lean=2.0, elbow=14.0, arm_swing=24.0,
+            twist=6.0)
+JOG = Gait(speed=240.0, stride=168.0, slowest=120.0, fastest=380.0, stance=0.35, longest=0.44,
+           landing=0.42, flat=0.18, heel_off=0.48, strike=12.0, push=58.0, clearance=16.0,
+           width=4.5, height=88.0, bounce=-2.6, sway=1.2, lean=8.0, elbow=78.0, arm_swing=30.0,
+           twist=9.0)
+STAND = Gait(speed=0.0, stride=0.0, slowest=0.0, fastest=0.0, stance=1.0, longest=1.0, landing=0.5,
+             flat=0.0, heel_off=1.0, strike=0.0, push=0.0, clearance=0.0, width=9.0, height=92.6,
+             bounce=0.0, sway=1.5, lean=0.0, elbow=12.0, arm_swing=1.5, twist=1.0)
 
 
 def ease(u):
-    r"""From 0 to 1 with zero velocity and acceleration at both ends: `6 u^5 - 15 u^4 + 10 u^3`, constant outside [0, 1]."""
+    r"""From 0 to 1 with zero velocity and acceleration at both ends: `6 u^5 - 15 u^4 + 10 u^3`,
+    constant outside [0, 1].
+    """
     u = np.clip(u, 0.0, 1.0)
     return u ** 3 * (10.0 + u * (6.0 * u - 15.0))
 
@@ -80,7 +91,8 @@ def bump(u):
 def glide(u):
     r"""From 0 to 1 with zero velocity at both ends: `3 u^2 - 2 u^3`, constant outside [0, 1].
 
-    It arrives later than `ease`, so that a swinging foot does not wait, out of the hips' reach, for its landing.
+    It arrives later than `ease`, so that a swinging foot does not wait, out of the hips' reach, for
+    its landing.
     """
     u = np.clip(u, 0.0, 1.0)
     return u * u * (3.0 - 2.0 * u)
@@ -109,7 +121,8 @@ class Path:
 
     def at(self, phase):
         """Position (..., 3) and yaw (...) when the gait is at `phase` (...)."""
-        x, z, yaw = (np.interp(phase, self.phase, column) for column in (self.position[:, 0], self.position[:, 2], self.yaw))
+        x, z, yaw = (np.interp(phase, self.phase, column)
+                     for column in (self.position[:, 0], self.position[:, 2], self.yaw))
         return np.stack([x, np.zeros_like(x), z], axis=-1), yaw
 
 
@@ -117,8 +130,10 @@ class Path:
 class FootPlan:
     """One foot over time.
 
-    ankle : (T, 3);  yaw, pitch : (T,), positive to the left and heel up;  bend : (T,) of the toes against the foot;
-    heel, toe : (T,) bool, while one is True that joint does not move;  swing : (T,) 0 to 1 within the swing, 0 while planted.
+    ankle : (T, 3);  yaw, pitch : (T,), positive to the left and heel up;  bend : (T,) of the toes
+    against the foot;
+    heel, toe : (T,) bool, while one is True that joint does not move;  swing : (T,) 0 to 1 within
+    the swing, 0 while planted.
     """
 
     ankle: np.ndarray
@@ -130,19 +145,23 @@ class FootPlan:
     swing: np.ndarray
 
 
-def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, strike, push, clearance, around):
+def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, strike, push,
+              clearance, around):
     r"""The curve of a foot that lands at phases `start + k` and stays for `stance` of the cycle.
 
-    The footprint lies beside the place where the body is in mid-stance. B is where the ball of the foot would be if the foot were flat:
-    it rests on the print, then glides to the next one. Two pitches roll the foot, h (heel up, pivot: the ball) and g (toe up, pivot: the
-    ankle), with a the ankle's place seen from the ball and R the rotation by yaw and pitch:
+    The footprint lies beside the place where the body is in mid-stance. B is where the ball of the
+    foot would be if the foot were flat: it rests on the print, then glides to the next one. Two
+    pitches roll the foot, h (heel up, pivot: the ball) and g (toe up, pivot: the ankle), with a the
+    ankle's place seen from the ball and R the rotation by yaw and pitch:
 
         ankle = B + R(h) a,     ball = ankle - R(h - g) a
 
-    So the ankle rests exactly while B rests and h = 0, the ball rests exactly while B rests and g = 0.
+    So the ankle rests exactly while B rests and h = 0, the ball rests exactly while B rests and g =
+    0.
 
-    phase : (T,) cycles;  side : +1 left, -1 right;  width, ahead, clearance, around : cm (ahead: the print is moved forward; around: the
-    swing bends outwards);  toe_out, strike, push : radians   ->  FootPlan
+    phase : (T,) cycles;  side : +1 left, -1 right;  width, ahead, clearance, around : cm (ahead:
+    the print is moved forward; around: the swing bends outwards);  toe_out, strike, push : radians
+    ->  FootPlan
     """
     cycle = np.floor(phase - start)
     c = phase - start - cycle
@@ -161,9 +180,11 @@ def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, 
 
     lift, land = gait.heel_off * stance, gait.flat * stance
     peak, back = stance + 0.06 * (1.0 - stance), stance + 0.72 * (1.0 - stance)
-    h = push * ease((c - lift) / max(peak - lift, 1e-9)) * (1.0 - ease((c - peak) / max(back - peak, 1e-9)))
+    h = push * ease((c - lift) / max(peak - lift, 1e-9)) * (1.0 - ease(
+        (c - peak) / max(back - peak, 1e-9)))
     raise_toe = 1.0 - 0.55 * (1.0 - stance)
-    g = strike * np.where(c < stance, 1.0 - ease(c / max(land, 1e-9)), ease((c - raise_toe) / max(1.0 - raise_toe, 1e-9)))
+    g = strike * np.where(c < stance, 1.0 - ease(c / max(land, 1e-9)),
+                          ease((c - raise_toe) / max(1.0 - raise_toe, 1e-9)))
     if stance >= 1.0:
         h, g = np.zeros_like(c), np.zeros_like(c)
 
@@ -171,17 +192,21 @@ def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, 
     flat = (turn @ FOOT[:, None])[..., 0]
     ankle = ankle_flat + flat - (turn @ rotation.axis_rotation("X", h) @ FOOT[:, None])[..., 0]
     planted = c <= stance
-    return FootPlan(ankle, yaw, h - g, -h * (1.0 - ease(u / 0.45)), planted & (c <= lift), planted & (c >= land), u)
+    return FootPlan(ankle, yaw, h - g, -h * (1.0 - ease(u / 0.45)), planted & (c <= lift),
+                    planted & (c >= land), u)
 
 
 def hip_height(wanted, hips, sockets, feet, frames):
     r"""The height of the hips that every planted leg can reach, near the wanted one and smooth.
 
-    A planted leg with its ankle at (x, y, z) allows its socket no more than `y + sqrt(REACH^2 - horizontal distance^2)`. What is wanted
-    beyond that is too much; each frame gives up the most that is too much within `frames` before and after, averaged over the same window.
-    All that is averaged are largest values of windows around the frame in question, so it is never less than what is too much there.
+    A planted leg with its ankle at (x, y, z) allows its socket no more than `y + sqrt(REACH^2 -
+    horizontal distance^2)`. What is wanted beyond that is too much; each frame gives up the most
+    that is too much within `frames` before and after, averaged over the same window. All that is
+    averaged are largest values of windows around the frame in question, so it is never less than
+    what is too much there.
 
-    wanted : (T,);  hips : (T, 3), y ignored;  sockets : two (T, 3) from the hips to the hip joints;  feet : two FootPlans  ->  (T,)
+    wanted : (T,);  hips : (T, 3), y ignored;  sockets : two (T, 3) from the hips to the hip joints;
+    feet : two FootPlans  ->  (T,)
     Raises ValueError when a planted foot is too far away.
     """
     excess = np.zeros_like(wanted)
@@ -191,16 +216,20 @@ def hip_height(wanted, hips, sockets, feet, frames):
         planted = foot.swing == 0
         if (square[planted] < (0.6 * REACH) ** 2).any():
             far = np.sqrt(REACH ** 2 - square[planted].min())
-            raise ValueError(f"speed, turn, style: found a foot planted {far:.0f} cm from the hips, needed at most {0.8 * REACH:.0f} cm "
-                             "on a body of average size; take a lower speed or a shorter stride")
+            raise ValueError(
+                f"speed, turn, style: found a foot planted {far:.0f} cm from the hips, needed at "
+                f"most {0.8 * REACH:.0f} cm "
+                "on a body of average size; take a lower speed or a shorter stride")
         allowed = foot.ankle[:, 1] - socket[:, 1] + np.sqrt(np.maximum(square, 0.0))
         excess = np.where(planted, np.maximum(excess, wanted - allowed), excess)
     weights = bump(np.arange(1, 2 * frames + 2) / (2 * frames + 2))
-    return wanted - convolve1d(maximum_filter1d(excess, 2 * frames + 1, mode="nearest"), weights / weights.sum(), mode="nearest")
+    return wanted - convolve1d(maximum_filter1d(excess, 2 * frames + 1, mode="nearest"),
+                               weights / weights.sum(), mode="nearest")
 
 
 def within_reach(socket, foot):
-    """The ankle, drawn towards its hip joint where it would stretch the leg. Only a swinging foot is, and the knee has time to give way.
+    """The ankle, drawn towards its hip joint where it would stretch the leg. Only a swinging foot
+    is, and the knee has time to give way.
 
     socket : (T, 3)  ->  ankle (T, 3)
     """
@@ -222,7 +251,8 @@ def bend_leg(socket, ankle, facing):
 
     Both bones turn about n = facing x direction, the body's left.
 
-    socket, ankle, facing : (T, 3)  ->  thigh and shin rotations (T, 3, 3) for bones that lie along -y at rest, knee angle (T,), 0 straight
+    socket, ankle, facing : (T, 3)  ->  thigh and shin rotations (T, 3, 3) for bones that lie along
+    -y at rest, knee angle (T,), 0 straight
     """
     away = ankle - socket
     d = np.linalg.norm(away, axis=-1, keepdims=True)

@@ -1,11 +1,15 @@
-r"""Performers made by the program: five actions, each carried out with an effort that is known. The embedded data of this room.
+r"""Performers made by the program: five actions, each carried out with an effort that is known. The
+embedded data of this room.
 
-They have the skeleton of `embedded.walkers`, centimetres, y up, 60 frames a second. An action passes through key poses, all from and to a
-quiet stand; a planted foot stays where it is. The effort (flow, weight, time), each in [-3, 3], shapes how it is done:
+They have the skeleton of `embedded.walkers`, centimetres, y up, 60 frames a second. An action
+passes through key poses, all from and to a quiet stand; a planted foot stays where it is. The
+effort (flow, weight, time), each in [-3, 3], shapes how it is done:
 
-- time (sustained..sudden): the part of each phase in which the body moves, from all of it to a burst between two rests, and the tempo;
+- time (sustained..sudden): the part of each phase in which the body moves, from all of it to a
+  burst between two rests, and the tempo;
 - weight (light..strong): the size of the movement;
-- flow (bound..free): bound goes by fits and starts, free goes on and lets hands and head follow later.
+- flow (bound..free): bound goes by fits and starts, free goes on and lets hands and head follow
+  later.
 """
 
 from dataclasses import dataclass, field
@@ -22,22 +26,41 @@ from .walkers import FPS, skeleton_joints
 
 EFFORT_LIMIT = 3.0
 
-# Rotation vectors in degrees from the T-pose; what is not named is as in the stand. x: pitch forward, y: turn left, z: raise the left side.
-STAND = {"LeftArm": (0, 0, -78), "RightArm": (0, 0, 78), "LeftForeArm": (0, -12, 0), "RightForeArm": (0, 12, 0)}
-REACH = {"RightArm": (0, 75, -40), "RightForeArm": (0, 5, 0), "Spine": (-8, 8, 0), "Chest": (-6, 10, 4), "Head": (-22, 0, 0),
-         "LeftArm": (15, 0, -70), "LeftUpLeg": (10, 0, 0), "LeftLeg": (10, 0, 0), "Hips": (0, 15, 0)}
-DRAW_BACK = {"RightArm": (0, -25, 60), "RightForeArm": (0, 70, 0), "Chest": (0, -14, 0), "Hips": (0, -8, 0)}
-BOW = {"Hips": (28, 0, 0), "Spine": (22, 0, 0), "Chest": (20, 0, 0), "Neck": (10, 0, 0), "Head": (12, 0, 0), "LeftUpLeg": (-34, 0, 0),
-       "RightUpLeg": (-34, 0, 0), "LeftLeg": (8, 0, 0), "RightLeg": (8, 0, 0), "LeftArm": (20, 0, -75), "RightArm": (20, 0, 75)}
-WAVE_IN = {"LeftArm": (0, 0, 22), "LeftForeArm": (0, 0, 95), "LeftHand": (0, 0, 15), "Chest": (0, 0, -5), "Head": (0, 14, -5)}
-WAVE_OUT = {"LeftArm": (0, 0, 10), "LeftForeArm": (0, 0, 35), "LeftHand": (0, 0, -25), "Chest": (0, 0, 4), "Head": (0, 14, 5)}
-KNEE_UP = {"LeftUpLeg": (-85, 0, 0), "LeftLeg": (95, 0, 0), "LeftFoot": (20, 0, 0), "Spine": (8, 0, 0), "RightArm": (0, 30, 55),
-           "LeftArm": (0, 25, -45), "RightLeg": (6, 0, 0), "RightUpLeg": (-4, 0, 0)}
-KICK = {"LeftUpLeg": (-80, 0, 0), "LeftLeg": (8, 0, 0), "LeftFoot": (30, 0, 0), "Spine": (-6, 0, 0), "Chest": (-8, 0, 0),
-        "RightArm": (0, 45, 30), "LeftArm": (0, 30, -35), "RightLeg": (10, 0, 0), "RightUpLeg": (-6, 0, 0)}
-STRIDE = {"LeftUpLeg": (-34, 0, 0), "LeftLeg": (12, 0, 0), "RightUpLeg": (24, 0, 0), "RightLeg": (20, 0, 0), "RightFoot": (10, 0, 0),
-          "RightArm": (0, 45, 62), "LeftArm": (0, 35, -62), "Hips": (4, -10, 0), "Chest": (0, 16, 0), "RightForeArm": (0, 40, 0)}
-# Key poses between two stands, seconds of each phase from pose to pose, and which foot stands during the phase (R or L).
+# Rotation vectors in degrees from the T-pose; what is not named is as in the stand. x: pitch
+# forward, y: turn left, z: raise the left side.
+STAND = {
+    "LeftArm": (0, 0, -78), "RightArm": (0, 0, 78), "LeftForeArm": (0, -12, 0),
+    "RightForeArm": (0, 12, 0)}
+REACH = {
+    "RightArm": (0, 75, -40), "RightForeArm": (0, 5, 0), "Spine": (-8, 8, 0), "Chest": (-6, 10, 4),
+    "Head": (-22, 0, 0), "LeftArm": (15, 0, -70), "LeftUpLeg": (10, 0, 0), "LeftLeg": (10, 0, 0),
+    "Hips": (0, 15, 0)}
+DRAW_BACK = {
+    "RightArm": (0, -25, 60), "RightForeArm": (0, 70, 0), "Chest": (0, -14, 0), "Hips": (0, -8, 0)}
+BOW = {
+    "Hips": (28, 0, 0), "Spine": (22, 0, 0), "Chest": (20, 0, 0), "Neck": (10, 0, 0),
+    "Head": (12, 0, 0), "LeftUpLeg": (-34, 0, 0), "RightUpLeg": (-34, 0, 0), "LeftLeg": (8, 0, 0),
+    "RightLeg": (8, 0, 0), "LeftArm": (20, 0, -75), "RightArm": (20, 0, 75)}
+WAVE_IN = {
+    "LeftArm": (0, 0, 22), "LeftForeArm": (0, 0, 95), "LeftHand": (0, 0, 15), "Chest": (0, 0, -5),
+    "Head": (0, 14, -5)}
+WAVE_OUT = {
+    "LeftArm": (0, 0, 10), "LeftForeArm": (0, 0, 35), "LeftHand": (0, 0, -25), "Chest": (0, 0, 4),
+    "Head": (0, 14, 5)}
+KNEE_UP = {
+    "LeftUpLeg": (-85, 0, 0), "LeftLeg": (95, 0, 0), "LeftFoot": (20, 0, 0), "Spine": (8, 0, 0),
+    "RightArm": (0, 30, 55), "LeftArm": (0, 25, -45), "RightLeg": (6, 0, 0),
+    "RightUpLeg": (-4, 0, 0)}
+KICK = {
+    "LeftUpLeg": (-80, 0, 0), "LeftLeg": (8, 0, 0), "LeftFoot": (30, 0, 0), "Spine": (-6, 0, 0),
+    "Chest": (-8, 0, 0), "RightArm": (0, 45, 30), "LeftArm": (0, 30, -35), "RightLeg": (10, 0, 0),
+    "RightUpLeg": (-6, 0, 0)}
+STRIDE = {
+    "LeftUpLeg": (-34, 0, 0), "LeftLeg": (12, 0, 0), "RightUpLeg": (24, 0, 0),
+    "RightLeg": (20, 0, 0), "RightFoot": (10, 0, 0), "RightArm": (0, 45, 62),
+    "LeftArm": (0, 35, -62), "Hips": (4, -10, 0), "Chest": (0, 16, 0), "RightForeArm": (0, 40, 0)}
+# Key poses between two stands, seconds of each phase from pose to pose, and which foot stands
+# during the phase (R or L).
 ACTIONS = {
     "reach": ((DRAW_BACK, REACH), (0.7, 0.9, 1.1), "RRR"),
     "bow": ((BOW, BOW), (1.0, 0.3, 1.1), "RRR"),
@@ -45,8 +68,9 @@ ACTIONS = {
     "kick": ((KNEE_UP, KICK, KNEE_UP), (0.7, 0.5, 0.5, 0.7), "RRRR"),
     "step": ((STRIDE,), (1.1, 1.1), "RL"),
 }
-LATE = np.array([{"Head": 2, "LeftForeArm": 1, "RightForeArm": 1, "LeftHand": 2, "RightHand": 2, "LeftFinger": 3, "RightFinger": 3,
-                  "Neck": 1, "LeftFoot": 1, "RightFoot": 1}.get(name, 0) for name in SLOTS])
+LATE = np.array([{
+    "Head": 2, "LeftForeArm": 1, "RightForeArm": 1, "LeftHand": 2, "RightHand": 2, "LeftFinger": 3,
+    "RightFinger": 3, "Neck": 1, "LeftFoot": 1, "RightFoot": 1}.get(name, 0) for name in SLOTS])
 
 
 class PerformerError(ValueError):
@@ -57,7 +81,8 @@ class PerformerError(ValueError):
 class Performance:
     """A clip and the truth about it.
 
-    contents : the actions in it, in order;  effort : (3,) flow, weight, time;  cuts : the first frame of each action, then the end.
+    contents : the actions in it, in order;  effort : (3,) flow, weight, time;  cuts : the first
+    frame of each action, then the end.
     """
 
     name: str
@@ -70,42 +95,53 @@ class Performance:
 def perform(contents, number, effort=None):
     """Performer `number` does some actions one after the other, always in the same way.
 
-    contents : a name in ACTIONS or several;  effort : (3,) in [-3, 3], the performer's own unless given   ->  Performance
+    contents : a name in ACTIONS or several;  effort : (3,) in [-3, 3], the performer's own unless
+    given   ->  Performance
     Raises PerformerError for an unknown action or an effort out of range.
     """
     contents = (contents,) if isinstance(contents, str) else tuple(contents)
     unknown = [name for name in contents if name not in ACTIONS]
     if unknown or not contents:
-        raise PerformerError(f"contents: found {', '.join(map(repr, unknown)) or 'none'}, needed some of {', '.join(ACTIONS)}")
+        raise PerformerError(
+            f"contents: found {', '.join(map(repr, unknown)) or 'none'}, needed some of "
+            f"{', '.join(ACTIONS)}")
     effort = own_effort(number) if effort is None else np.asarray(effort, dtype=float)
     if effort.shape != (3,) or not (np.abs(effort) <= EFFORT_LIMIT).all():
-        raise PerformerError(f"effort: found {effort}, needed flow, weight and time, each from -3 to 3")
+        raise PerformerError(
+            f"effort: found {effort}, needed flow, weight and time, each from -3 to 3")
     parts = [_angles(content, number, effort) for content in contents]
     cuts = np.cumsum([0] + [len(angles) for angles, _ in parts])
     angles, support = (np.concatenate(arrays) for arrays in zip(*parts))
     body = person(100 + number)
     rotations = rotation.exp_map(np.radians(angles + _habits(number)))
     clip = _clip(rotations, support, skeleton_joints(body))
-    return Performance(f"{'-'.join(contents)}_{number:03d}", contents, effort, clip, tuple(int(cut) for cut in cuts))
+    return Performance(f"{'-'.join(contents)}_{number:03d}", contents, effort, clip,
+                       tuple(int(cut) for cut in cuts))
 
 
 def own_effort(number):
-    """The effort that a performer has by nature.   int  ->  (3,) flow, weight, time in [-2.7, 2.7]"""
+    """The effort that a performer has by nature.   int  ->  (3,) flow, weight, time in [-2.7, 2.7]
+    """
     return np.random.default_rng([67, number]).uniform(-2.7, 2.7, 3)
 
 
 def make_performers(performers=12, contents=tuple(ACTIONS), first=0):
     """Every action by every performer: 60 fragments, as in section 8.   ->  list of Performance"""
-    return [perform(content, number) for content in contents for number in range(first, first + performers)]
+    return [
+        perform(content, number) for content in contents
+        for number in range(first, first + performers)]
 
 
 def _habits(number):
     """How a performer holds himself, degrees added to every pose.   ->  (21, 3)"""
-    return np.random.default_rng([68, number]).normal(size=(len(SLOTS), 3)) * np.array([2.5, 2.5, 2.5])
+    return np.random.default_rng([68, number]).normal(size=(len(SLOTS), 3)) * np.array([
+        2.5, 2.5, 2.5])
 
 
 def _angles(content, number, effort):
-    """Rotation vectors of an action at 60 frames a second.   ->  (T, 21, 3) degrees, (T,) 0 where the left foot stands and 1 the right"""
+    """Rotation vectors of an action at 60 frames a second.
+    ->  (T, 21, 3) degrees, (T,) 0 where the left foot stands and 1 the right
+    """
     flow, weight, time = effort
     keys, seconds, feet = ACTIONS[content]
     rng = np.random.default_rng([69, number, list(ACTIONS).index(content)])
@@ -118,15 +154,20 @@ def _angles(content, number, effort):
     for begin, long, before, after in zip(starts, seconds, poses, poses[1:]):
         u = (clock - begin) / long
         angles += _progress(u, flow, time)[:, :, None] * (after - before)
-    support = np.array([foot == "R" for foot in feet])[np.searchsorted(starts[1:-1], clock, side="right")]
-    drift = sum(rng.normal(size=(len(SLOTS), 3)) * np.sin(np.pi * n * np.linspace(0, 1, len(clock)))[:, None, None] for n in (1, 2, 3))
+    support = np.array([foot == "R" for foot in feet])[np.searchsorted(starts[1:-1], clock,
+                                                                       side="right")]
+    drift = sum(
+        rng.normal(size=(len(SLOTS), 3))
+        * np.sin(np.pi * n * np.linspace(0, 1, len(clock)))[:, None, None] for n in (1, 2, 3))
     return angles + 0.6 * drift, support.astype(int)
 
 
 def _progress(u, flow, time):
-    r"""How far each joint has come from one key pose to the next: 0 before, 1 after.   u : (T,) part of the phase  ->  (T, 21)
+    r"""How far each joint has come from one key pose to the next: 0 before, 1 after.
+    u : (T,) part of the phase  ->  (T, 21)
 
-    An ease within the middle `width` of the phase; free flow delays the ends of the limbs, bound flow slackens four times:
+    An ease within the middle `width` of the phase; free flow delays the ends of the limbs, bound
+    flow slackens four times:
 
         s  ->  s - h sin(8 pi s) / (8 pi)
     """
@@ -138,7 +179,9 @@ def _progress(u, flow, time):
 
 
 def _pose(key, size=1.0):
-    """Rotation vectors of a key pose, away from the stand by `size` times what is written.   ->  (21, 3) degrees"""
+    """Rotation vectors of a key pose, away from the stand by `size` times what is written.
+    ->  (21, 3) degrees
+    """
     stand, pose = np.zeros((len(SLOTS), 3)), np.zeros((len(SLOTS), 3))
     for name, vector in STAND.items():
         stand[SLOT[name]] = vector
@@ -148,7 +191,9 @@ def _pose(key, size=1.0):
 
 
 def _clip(rotations, support, joints):
-    """The root goes where the standing foot stays: it moves against that foot's motion seen from the hips, and the foot is on the floor."""
+    """The root goes where the standing foot stays: it moves against that foot's motion seen from
+    the hips, and the foot is on the floor.
+    """
     offsets = np.broadcast_to([joint.offset for joint in joints], rotations.shape[:2] + (3,)).copy()
     offsets[:, 0] = 0
     _, seen = forward_kinematics(PARENTS, rotations, offsets)
@@ -158,4 +203,5 @@ def _clip(rotations, support, joints):
     feet = seen[:, [SLOT[name] for name in ("LeftToe", "RightToe", "LeftFoot", "RightFoot")], 1]
     hips[:, 1] = 4.25 - (feet - [0, 0, 7.5, 7.5]).min(axis=1)
     angles = np.unwrap(rotation.matrix_to_euler(rotations, "ZXY"), axis=0)
-    return Clip(joints, 1.0 / FPS, np.concatenate([hips, np.degrees(angles).reshape(len(angles), -1)], axis=1))
+    return Clip(joints, 1.0 / FPS,
+                np.concatenate([hips, np.degrees(angles).reshape(len(angles), -1)], axis=1))

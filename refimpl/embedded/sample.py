@@ -1,4 +1,6 @@
-"""A motion to look at: a real clip where REFIMPL_MOCAP names a folder of them, an embedded one otherwise."""
+"""A motion to look at: a real clip where REFIMPL_MOCAP names a folder of them, an embedded one
+otherwise.
+"""
 
 import os
 
@@ -9,24 +11,32 @@ from ..motion.take import make_take, read_take
 BANDAI = "Bandai-Namco-Research-Motiondataset, CC BY-NC 4.0: non-commercial"
 # What the embedded motion calls a content or a style, and what recorded clips call it.
 CONTENTS = {"jog": ("run",), "turn-left": ("walk-turn-left",), "turn-right": ("walk-turn-right",)}
-STYLES = {"old": ("elderly", "old"), "depressed": ("sad", "exhausted"), "childlike": ("childish", "youthful"), "injured": ("tired",),
-          "proud": ("proud", "masculine")}
+STYLES = {
+    "old": ("elderly", "old"), "depressed": ("sad", "exhausted"),
+    "childlike": ("childish", "youthful"), "injured": ("tired", ), "proud": ("proud", "masculine")}
 
 
 def sample_take(content="walk", style="normal", seconds=4.0):
-    """A take of at least so many seconds, and whose motion it is, to be said beside each picture of it.
+    """A take of at least so many seconds, and whose motion it is, to be said beside each picture of
+    it.
 
-    content, style : names in `synthetic.CONTENTS` and `synthetic.STYLES`; recorded clips are found by what they are called there. The first
-    that is long enough is taken; where there is none, the embedded motion.
-    ->  Take, credit (str).   Raises ValueError for unknown names, FileNotFoundError where REFIMPL_MOCAP names no folder of clips.
+    content, style : names in `synthetic.CONTENTS` and `synthetic.STYLES`; recorded clips are found
+    by what they are called there. The first that is long enough is taken; where there is none, the
+    embedded motion.
+    ->  Take, credit (str).
+    Raises ValueError for unknown names, FileNotFoundError where REFIMPL_MOCAP names no folder of
+    clips.
     """
     made = make_clip(content, style, seconds=seconds)
     folder = os.environ.get("REFIMPL_MOCAP")
     if folder:
-        wanted = {(c, s) for c in (content, *CONTENTS.get(content, ())) for s in (style, *STYLES.get(style, ()))}
+        wanted = {(c, s) for c in (content, *CONTENTS.get(content, ()))
+                  for s in (style, *STYLES.get(style, ()))}
         labels = labels_by_pattern(find_clips(folder))
-        for path in sorted((path for path in labels if labels[path] in wanted), key=lambda path: path.name, reverse=True):
+        for path in sorted((path for path in labels if labels[path] in wanted),
+                           key=lambda path: path.name, reverse=True):
             take = read_take(path)
             if len(take.features) >= 60 * seconds:
-                return take, f"{path.stem}, {BANDAI}" if path.name.startswith("dataset-") else path.stem
+                return take, f"{path.stem}, {BANDAI}" if path.name.startswith(
+                    "dataset-") else path.stem
     return make_take(made.clip), f"{made.name}, made by refimpl"

@@ -3,5 +3,6 @@
 - `holden`: the recipe of training.   `evaluate`: both systems beside real motion, Table 1.
 - `code_2016`: the 2016 code with one statement changed.   `torresani`: section 8 of the 2006 paper.
 - `classifiers`, `measures`: who says what a motion looks like, and how far it is from a style.
-- `speed`: how fast, compared with what.   `peer_torch`: the same in PyTorch, imported by `bench` alone.
+- `speed`: how fast, compared with what.
+  `peer_torch`: the same in PyTorch, imported by `bench` alone.
 """

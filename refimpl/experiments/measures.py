@@ -27,11 +27,15 @@ def style_distance(features, exemplars, manifold, *, kernels=tiled):
 
 def content_distance(features, content, manifold, *, kernels=tiled):
     """|| L(I) - L(X) || of two clips of the same length.   (T, 66), (T, 66)  ->  float"""
-    return float(np.linalg.norm(hidden_units(features, manifold, kernels=kernels) - hidden_units(content, manifold, kernels=kernels)))
+    return float(
+        np.linalg.norm(
+            hidden_units(features, manifold, kernels=kernels)
+            - hidden_units(content, manifold, kernels=kernels)))
 
 
 def held_out_distances(clips, exemplars, style, leg):
-    """Style distances of clips that training never saw: of the content itself, of T(I) and of P(T(I)).
+    """Style distances of clips that training never saw: of the content itself, of T(I) and of
+    P(T(I)).
 
     clips : of Labelled;  exemplars : {content: list of features};  leg : of the clips' dataset
     ->  list of {"clip", "content", "transformed", "projected"}
@@ -39,9 +43,10 @@ def held_out_distances(clips, exemplars, style, leg):
     measured = []
     for clip in clips:
         content = to_scale(clip.features, leg, style.manifold.leg)
-        distance = {name: style_distance(features, exemplars[clip.content], style.manifold) for name, features in (
-            ("content", content),
-            ("transformed", stylise(content, style, projected=False)),
-            ("projected", stylise(content, style)))}
+        distance = {
+            name: style_distance(features, exemplars[clip.content], style.manifold)
+            for name, features in (("content", content), ("transformed",
+                                                          stylise(content, style, projected=False)),
+                                   ("projected", stylise(content, style)))}
         measured.append({"clip": clip.name, **distance})
     return measured

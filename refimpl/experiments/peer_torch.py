@@ -1,4 +1,6 @@
-"""The peer of `refimpl bench`: the same networks in PyTorch, each in every form that might be its fastest. Imported by that command alone, if PyTorch is there."""
+"""The peer of `refimpl bench`: the same networks in PyTorch, each in every form that might be its
+fastest. Imported by that command alone, if PyTorch is there.
+"""
 
 import torch
 import torch.nn.functional as F
@@ -21,7 +23,8 @@ def _encode(X, p):
 
 
 def _decode(H, p, later=None):
-    D = H.repeat_interleave(2, 2) / 2 if later is None else torch.stack([H * (1 - later), H * later], 3).flatten(2)
+    D = H.repeat_interleave(2, 2) / 2 if later is None else torch.stack(
+        [H * (1 - later), H * later], 3).flatten(2)
     return F.conv_transpose1d(D - p["b0"][:, None], p["W0"], padding=12)
 
 
@@ -31,13 +34,16 @@ def _channels_last(X, p):
         return F.conv2d(x, p[w], p[b], padding=(0, 12))
     A = F.relu(conv(F.relu(conv(X, "W1", "b1")), "W2", "b2"))
     H = F.relu(F.max_pool2d(conv(conv(A, "W3", "b3"), "W0", "b0"), (1, 2)))
-    return F.conv_transpose2d(H.repeat_interleave(2, 3) / 2 - p["b0"][:, None, None], p["W0"], padding=(0, 12))
+    return F.conv_transpose2d(
+        H.repeat_interleave(2, 3) / 2 - p["b0"][:, None, None], p["W0"], padding=(0, 12))
 
 
 def inference(problem, X):
     """{name: f} of P(T(X))."""
     p, x = _tensors({**problem.T, **problem.L}), torch.tensor(X)
-    wide = {name: t[:, :, None].contiguous(memory_format=torch.channels_last) if t.ndim == 3 else t for name, t in p.items()}
+    wide = {
+        name: t[:, :, None].contiguous(memory_format=torch.channels_last) if t.ndim == 3 else t
+        for name, t in p.items()}
     x_wide = x[:, :, None].contiguous(memory_format=torch.channels_last)
 
     def stylise(x):
@@ -55,8 +61,10 @@ def inference(problem, X):
         with torch.inference_mode():
             return _channels_last(x_wide, wide)
 
-    return {"torch eager": eager, "torch inference_mode": inference_mode, "torch channels_last": channels_last,
-            **_compiled(lambda compiled: (lambda: _quiet(compiled, x)), stylise)}
+    return {
+        "torch eager": eager, "torch inference_mode": inference_mode,
+        "torch channels_last": channels_last,
+        **_compiled(lambda compiled: (lambda: _quiet(compiled, x)), stylise)}
 
 
 def _quiet(f, *arguments):
@@ -69,7 +77,8 @@ def _compiled(use, function):
     try:
         work = use(torch.compile(function))
         work()
-    except Exception:                                            # no compiler, or one that it does not like: the other forms stand
+    # no compiler, or one that it does not like: the other forms stand
+    except Exception:
         return {}
     return {"torch compile": work}
 
@@ -85,7 +94,9 @@ def _stepping(loss, params):
 
 def style_step(problem, I, grams, weights):
     """{name: f} of loss and gradients for T's parameters."""
-    L, params, x, G = _tensors(problem.L), {name: t.requires_grad_() for name, t in _tensors(problem.T).items()}, torch.tensor(I), torch.tensor(grams)
+    L, params, x, G = _tensors(problem.L), {
+        name: t.requires_grad_()
+        for name, t in _tensors(problem.T).items()}, torch.tensor(I), torch.tensor(grams)
 
     def loss(x, G):
         with torch.no_grad():
@@ -95,12 +106,16 @@ def style_step(problem, I, grams, weights):
         style = ((G - H @ H.transpose(1, 2)) ** 2).mean(dim=(1, 2))
         return (weights.content * content + weights.style * style).mean()
 
-    return {"torch eager": _stepping(lambda: loss(x, G), params), **_compiled(lambda f: _stepping(lambda: f(x, G), params), loss)}
+    return {
+        "torch eager": _stepping(lambda: loss(x, G), params),
+        **_compiled(lambda f: _stepping(lambda: f(x, G), params), loss)}
 
 
 def autoencoder_step(problem, X, chosen, alpha):
-    """{name: f} of loss and gradients for the loss network's parameters, with depooling by chance."""
-    params, x = {name: t.requires_grad_() for name, t in _tensors(problem.L).items()}, torch.tensor(X)
+    """{name: f} of loss and gradients for the loss network's parameters, with depooling by chance.
+    """
+    params, x = {name: t.requires_grad_()
+                 for name, t in _tensors(problem.L).items()}, torch.tensor(X)
     later = torch.tensor(chosen).to(x.dtype)
     size = sum(p.numel() for p in params.values())
 
@@ -108,4 +123,6 @@ def autoencoder_step(problem, X, chosen, alpha):
         sparsity = sum(p.abs().sum() for p in params.values()) / size
         return ((_decode(_encode(x, params), params, later) - x) ** 2).mean() + alpha * sparsity
 
-    return {"torch eager": _stepping(lambda: loss(x), params), **_compiled(lambda f: _stepping(lambda: f(x), params), loss)}
+    return {
+        "torch eager": _stepping(lambda: loss(x), params),
+        **_compiled(lambda f: _stepping(lambda: f(x), params), loss)}

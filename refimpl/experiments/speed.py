@@ -1,7 +1,9 @@
-r"""How fast, compared with what: this package's forms of the same work, and PyTorch's where it is installed, in one run.
+r"""How fast, compared with what: this package's forms of the same work, and PyTorch's where it is
+installed, in one run.
 
-Everything is measured interleaved, one thread each, as medians; what counts are ratios. The peer is the one place where this package looks for another
-framework, and only when `refimpl bench` runs. It is also compared for truth: each result against the direct convolution in float64.
+Everything is measured interleaved, one thread each, as medians; what counts are ratios. The peer is
+the one place where this package looks for another framework, and only when `refimpl bench` runs. It
+is also compared for truth: each result against the direct convolution in float64.
 """
 
 import time
@@ -45,13 +47,16 @@ class Problem:
 
 
 def interleaved(rivals, seconds=1.5, least=5):
-    """Median seconds of each of several functions, called in turn so that all meet the same machine.   {name: f}  ->  {name: seconds}"""
+    """Median seconds of each of several functions, called in turn so that all meet the same
+    machine.   {name: f}  ->  {name: seconds}
+    """
     for work in rivals.values():
         work()
         work()
     times = {name: [] for name in rivals}
     began = time.perf_counter()
-    while time.perf_counter() - began < seconds * len(rivals) or len(next(iter(times.values()))) < least:
+    while time.perf_counter() - began < seconds * len(rivals) or len(next(iter(
+            times.values()))) < least:
         for name, work in rivals.items():
             start = time.perf_counter()
             work()
@@ -76,25 +81,35 @@ def relative_error(found, exact):
 def inference(problem, peer, seconds, frames=FRAMES):
     """Stylise and project, batch 1."""
     stylist, rows = Stylist(problem.T, problem.L), []
-    wide = [{name: p.astype(float) for name, p in params.items()} for params in (problem.T, problem.L)]
+    wide = [{name: p.astype(float) for name, p in params.items()}
+            for params in (problem.T, problem.L)]
     for count in frames:
         X = problem.motion(1, count)
-        exact = networks.project(networks.transform(X.astype(float), wide[0], kernels=nn), wide[1], kernels=nn)
-        rivals = {"tiled": lambda: stylist.stylise(X),
-                  "direct": lambda: networks.project(networks.transform(X, problem.T, kernels=nn), problem.L, kernels=nn),
-                  **(peer.inference(problem, X) if peer else {})}
-        rows.append(_row(f"stylise + project, {count} frames", problem.dtype, rivals, seconds, relative_error(stylist.stylise(X), exact)))
+        exact = networks.project(networks.transform(X.astype(float), wide[0], kernels=nn), wide[1],
+                                 kernels=nn)
+        rivals = {
+            "tiled": lambda: stylist.stylise(X), "direct": lambda: networks.project(
+                networks.transform(X, problem.T, kernels=nn), problem.L, kernels=nn),
+            **(peer.inference(problem, X) if peer else {})}
+        rows.append(
+            _row(f"stylise + project, {count} frames", problem.dtype, rivals, seconds,
+                 relative_error(stylist.stylise(X), exact)))
     return rows
 
 
 def style_steps(problem, peer, seconds, batches=BATCHES):
-    """A training step of T with content and style loss: L(I), T(I), L(T(I)), both losses, and the gradients of T's parameters."""
+    """A training step of T with content and style loss: L(I), T(I), L(T(I)), both losses, and the
+    gradients of T's parameters.
+    """
     rows = []
     for batch in batches:
         I, grams = problem.motion(batch, 240), problem.grams(batch)
-        step = StyleStep(batch, 240, problem.T, problem.L, np.zeros(66), np.ones(66), Weights(), PERCEPTUAL)
+        step = StyleStep(batch, 240, problem.T, problem.L, np.zeros(66), np.ones(66), Weights(),
+                         PERCEPTUAL)
         windows = Batch(I, grams, None, None, None)
-        rivals = {"tiled": lambda step=step, windows=windows: step(problem.T, windows), **(peer.style_step(problem, I, grams, Weights()) if peer else {})}
+        rivals = {
+            "tiled": lambda step=step, windows=windows: step(problem.T, windows),
+            **(peer.style_step(problem, I, grams, Weights()) if peer else {})}
         rows.append(_row(f"training step of T, batch {batch}", problem.dtype, rivals, seconds))
     return rows
 
@@ -102,31 +117,49 @@ def style_steps(problem, peer, seconds, batches=BATCHES):
 def autoencoder_steps(problem, peer, seconds, batch=10):
     """A training step of the loss network, with depooling by chance."""
     X = problem.motion(batch, 240)
-    chosen = problem.rng.integers(2, size=(batch, 120, len(problem.L["b0"])), dtype=np.int8).swapaxes(1, 2)
+    chosen = problem.rng.integers(2, size=(batch, 120, len(problem.L["b0"])),
+                                  dtype=np.int8).swapaxes(1, 2)
     step = AutoencoderStep(batch, 240, problem.L, random=True)
-    rivals = {"tiled": lambda: step(problem.L, X, chosen=chosen), **(peer.autoencoder_step(problem, X, chosen, 0.01) if peer else {})}
-    return [_row(f"training step of the loss network, batch {batch}", problem.dtype, rivals, seconds)]
+    rivals = {
+        "tiled": lambda: step(problem.L, X, chosen=chosen),
+        **(peer.autoencoder_step(problem, X, chosen, 0.01) if peer else {})}
+    return [
+        _row(f"training step of the loss network, batch {batch}", problem.dtype, rivals, seconds)]
 
 
 def all_five(problem, seconds, batch=10):
     """A training step of T with all five losses, without a peer."""
     I, grams, rng = problem.motion(batch, 240), problem.grams(batch), problem.rng
     step = StyleStep(batch, 240, problem.T, problem.L, np.zeros(66), np.ones(66), Weights())
-    contacts, trajectory = (rng.random((batch, 4, 240)) < 0.5).astype(problem.dtype), rng.normal(size=(batch, 3, 240)).astype(problem.dtype)
+    contacts, trajectory = (rng.random(
+        (batch, 4, 240)) < 0.5).astype(problem.dtype), rng.normal(size=(batch, 3,
+                                                                        240)).astype(problem.dtype)
     windows = Batch(I, grams, contacts, np.ones(len(BONES)), trajectory)
-    return [_row(f"training step of T, all five losses, batch {batch}", problem.dtype, {"tiled": lambda: step(problem.T, windows)}, seconds)]
+    return [
+        _row(f"training step of T, all five losses, batch {batch}", problem.dtype,
+             {"tiled": lambda: step(problem.T, windows)}, seconds)]
 
 
 def convolutions(problem, seconds):
-    """One layer, 128 to 128 channels, batch 10: the direct convolution, which is the definition, and the tiles, without kept spectra."""
+    """One layer, 128 to 128 channels, batch 10: the direct convolution, which is the definition,
+    and the tiles, without kept spectra.
+    """
     x, w, b = problem.motion(10, 240)[:, :1].repeat(128, axis=1), problem.T["W2"], problem.T["b2"]
     dy = problem.motion(10, 240)[:, :1].repeat(128, axis=1)
-    return [_row("conv1d 128 to 128, batch 10, forward", problem.dtype, {"tiled": lambda: tiled.conv1d(x, w, b), "direct": lambda: nn.conv1d(x, w, b)}, seconds),
-            _row("the same, backward", problem.dtype, {"tiled": lambda: tiled.conv1d_backward(dy, x, w, b), "direct": lambda: nn.conv1d_backward(dy, x, w, b)}, seconds)]
+    return [
+        _row("conv1d 128 to 128, batch 10, forward", problem.dtype,
+             {"tiled": lambda: tiled.conv1d(x, w, b), "direct": lambda: nn.conv1d(x, w, b)},
+             seconds),
+        _row(
+            "the same, backward", problem.dtype, {
+                "tiled": lambda: tiled.conv1d_backward(dy, x, w, b),
+                "direct": lambda: nn.conv1d_backward(dy, x, w, b)}, seconds)]
 
 
 def scaling(problem, frames=(240, 960, 3840, 15360), threads=(1, 2)):
-    """Seconds for stylise + project by frames and threads, and the memory it takes beyond motion in and out.   ->  list of dicts"""
+    """Seconds for stylise + project by frames and threads, and the memory it takes beyond motion in
+    and out.   ->  list of dicts
+    """
     rows = []
     for count in frames:
         X = problem.motion(1, count)
@@ -141,13 +174,17 @@ def scaling(problem, frames=(240, 960, 3840, 15360), threads=(1, 2)):
 
 
 def gemm_rate(dtype, seconds=0.5, size=1024):
-    """Multiplications and additions a second of one large matrix product, the machine's limit.   ->  float"""
+    """Multiplications and additions a second of one large matrix product, the machine's limit.
+    ->  float
+    """
     a = np.random.default_rng(0).normal(size=(size, size)).astype(dtype)
     out = np.empty_like(a)
     return 2 * size ** 3 / interleaved({"gemm": lambda: np.matmul(a, a, out=out)}, seconds)["gemm"]
 
 
 def direct_operations(frames):
-    """Multiplications and additions of stylise + project by the direct convolution, all layers.   ->  int"""
+    """Multiplications and additions of stylise + project by the direct convolution, all layers.
+    ->  int
+    """
     pairs = 66 * 128 + 128 * 128 + 128 * 66 + 2 * 66 * 256
     return 2 * frames * 25 * pairs

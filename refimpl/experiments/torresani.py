@@ -1,8 +1,10 @@
-r"""The experiments of section 8: Table 1, Figure 1, the segmentation of phrases, and whether a style that is asked for is seen.
+r"""The experiments of section 8: Table 1, Figure 1, the segmentation of phrases, and whether a
+style that is asked for is seen.
 
-Table 1 here is one draw of blends, without baselines: beside the mean of the labels and linear interpolation plus a constant its
-order of models does not hold (README). The paper's clustering of all fragments into contents by SSD is not repeated: contents come
-from file names. Nothing measures whether results look like recorded motion.
+Table 1 here is one draw of blends, without baselines: beside the mean of the labels and linear
+interpolation plus a constant its order of models does not hold (README). The paper's clustering of
+all fragments into contents by SSD is not repeated: contents come from file names. Nothing measures
+whether results look like recorded motion.
 """
 
 from dataclasses import dataclass, field
@@ -21,10 +23,14 @@ from ..torresani2006.segment import segment
 from ..torresani2006.synthesise import contents_of, join, observed_style, restyle
 
 ACTIONS, PERFORMERS, BLENDS, TRAINING, SPLITS = 5, 12, 105, 85, 500
-PUBLISHED = {"linear interpolation": (0.65, 0.97, 1.01), "linear ridge": (1.03, 1.04, 1.01), "kernel ridge": (0.50, 0.39, 0.60),
-             "support vector": (0.48, 0.48, 0.61)}           # Table 1: flow, weight, time
-TOLERANCE = 3                                                # frames by which a cut may miss its place: 0.1 s
-NOISE, WARP = 0.02, 0.3                                      # radians; how far the speed strays from 1
+PUBLISHED = {
+    "linear interpolation": (0.65, 0.97, 1.01), "linear ridge": (1.03, 1.04, 1.01),
+    "kernel ridge": (0.50, 0.39, 0.60),
+    "support vector": (0.48, 0.48, 0.61)}  # Table 1: flow, weight, time
+# frames by which a cut may miss its place: 0.1 s
+TOLERANCE = 3
+# radians; how far the speed strays from 1
+NOISE, WARP = 0.02, 0.3
 
 
 class ExperimentError(ValueError):
@@ -33,7 +39,9 @@ class ExperimentError(ValueError):
 
 @dataclass(frozen=True)
 class Cast:
-    """A database of every action by every performer.   performer : (N,) names, one for each fragment"""
+    """A database of every action by every performer.
+    performer : (N,) names, one for each fragment
+    """
 
     database: Database
     performer: np.ndarray = field(repr=False)
@@ -42,12 +50,14 @@ class Cast:
 def embedded_cast(performers=PERFORMERS, relative=True):
     """The five actions of the embedded performers.   ->  Cast"""
     database = embedded_database(performers, relative=relative)
-    return Cast(database, np.array([fragment.name.rsplit("_", 1)[1] for fragment in database.fragments]))
+    return Cast(database,
+                np.array([fragment.name.rsplit("_", 1)[1] for fragment in database.fragments]))
 
 
 def folder_cast(folder, pattern=PATTERN, actions=ACTIONS, performers=PERFORMERS, report=None):
-    """Five actions by twelve performers from a folder of clips: the actions that most performers do, then the first performers of all of
-    them, both by the alphabet where equal. The style in a file's name stands for the performer; of several takes the first is taken.
+    """Five actions by twelve performers from a folder of clips: the actions that most performers
+    do, then the first performers of all of them, both by the alphabet where equal. The style in a
+    file's name stands for the performer; of several takes the first is taken.
 
     ->  Cast.   Raises ExperimentError when the folder has not enough of both.
     """
@@ -59,19 +69,26 @@ def folder_cast(folder, pattern=PATTERN, actions=ACTIONS, performers=PERFORMERS,
     for content, style in first:
         by_action.setdefault(content, set()).add(style)
     chosen = sorted(by_action, key=lambda content: (-len(by_action[content]), content))[:actions]
-    common = sorted(set.intersection(*(by_action[content] for content in chosen)))[:performers] if chosen else []
+    common = sorted(set.intersection(*(by_action[content]
+                                       for content in chosen)))[:performers] if chosen else []
     if len(chosen) < actions or len(common) < performers:
-        raise ExperimentError(f"{folder}: found {len(chosen)} actions by the same {len(common)} performers, needed {actions} by {performers}; "
-                              "are content and style in the file names? See --pattern")
-    wanted = {path.stem: label for label, path in first.items() if label[0] in chosen and label[1] in common}
-    database = read_database(folder, pattern=pattern, report=report, keep=lambda content, style: content in chosen and style in common)
+        raise ExperimentError(
+            f"{folder}: found {len(chosen)} actions by the same {len(common)} performers, needed "
+            f"{actions} by {performers}; "
+            "are content and style in the file names? See --pattern")
+    wanted = {
+        path.stem: label for label, path in first.items()
+        if label[0] in chosen and label[1] in common}
+    database = read_database(folder, pattern=pattern, report=report,
+                             keep=lambda content, style: content in chosen and style in common)
     keep = np.array([fragment.name in wanted for fragment in database.fragments])
     database = without(database, keep)
     return Cast(database, np.array([wanted[fragment.name][1] for fragment in database.fragments]))
 
 
 def sample_cast(performers=PERFORMERS):
-    """A cast to look at, and whose motion it is: real clips where REFIMPL_MOCAP names a folder that has the cast, else the embedded performers.
+    """A cast to look at, and whose motion it is: real clips where REFIMPL_MOCAP names a folder that
+    has the cast, else the embedded performers.
 
     ->  Cast, credit (str).   Raises FileNotFoundError where REFIMPL_MOCAP names no folder of clips.
     """
@@ -86,10 +103,12 @@ def sample_cast(performers=PERFORMERS):
     return real, BANDAI if bandai else "clips of REFIMPL_MOCAP"
 
 
-def table_1(database, splits=SPLITS, *, blends=BLENDS, training=TRAINING, models=MODELS, seed=0, report=None):
+def table_1(database, splits=SPLITS, *, blends=BLENDS, training=TRAINING, models=MODELS, seed=0,
+            report=None):
     """Mean squared errors of the models over random splits of random blends.
 
-    Every model chooses its hyper-parameters anew in every split, by ten-fold cross-validation on its training examples alone.
+    Every model chooses its hyper-parameters anew in every split, by ten-fold cross-validation on
+    its training examples alone.
     ->  {model: (splits, 3) mean squared error of flow, weight and time on the examples held out}
     """
     rng = np.random.default_rng([seed, 11])
@@ -112,8 +131,10 @@ def table_1(database, splits=SPLITS, *, blends=BLENDS, training=TRAINING, models
 class Curves:
     """Efforts against alpha for one pair of fragments.
 
-    pair : (i, j) fragment numbers;  alpha : (points,);  predicted, linear : (points, 3) by f and by linear interpolation;
-    tried : (looks,) alphas of blends that were made, observed : (looks, 3) as the computed observer sees these.
+    pair : (i, j) fragment numbers;  alpha : (points,);  predicted, linear : (points, 3) by f and by
+    linear interpolation;
+    tried : (looks,) alphas of blends that were made, observed : (looks, 3) as the computed observer
+    sees these.
     """
 
     pair: tuple
@@ -125,7 +146,9 @@ class Curves:
 
 
 def figure_1(database, model, projection, *, pairs=3, points=61, looks=13, seed=0):
-    """Predicted efforts against alpha for some pairs, each of another content as far as there are, and what is observed.   ->  list of Curves"""
+    """Predicted efforts against alpha for some pairs, each of another content as far as there are,
+    and what is observed.   ->  list of Curves
+    """
     rng = np.random.default_rng([seed, 12])
     contents = list(dict.fromkeys(fragment.content for fragment in database.fragments))
     rng.shuffle(contents)
@@ -133,17 +156,25 @@ def figure_1(database, model, projection, *, pairs=3, points=61, looks=13, seed=
     c, e = coefficients(database, projection), database.styles
     found = []
     for n in range(pairs):
-        members = [k for k, fragment in enumerate(database.fragments) if fragment.content == contents[n % len(contents)]]
+        members = [
+            k for k, fragment in enumerate(database.fragments)
+            if fragment.content == contents[n % len(contents)]]
         i, j = (int(k) for k in rng.choice(members, 2, replace=False))
         predicted = predict(model, blend_inputs(c, e, np.tile([i, j], (points, 1)), alpha))
         linear = (1 - alpha[:, None]) * e[i] + alpha[:, None] * e[j]
-        blends = [interpolate(database.fragments[i], database.fragments[j], a, up=database.body.up) for a in tried]
-        found.append(Curves((i, j), alpha, predicted, linear, tried, np.array([observe(blend, database.observer) for blend in blends])))
+        blends = [
+            interpolate(database.fragments[i], database.fragments[j], a, up=database.body.up)
+            for a in tried]
+        found.append(
+            Curves((i, j), alpha, predicted, linear, tried,
+                   np.array([observe(blend, database.observer) for blend in blends])))
     return found
 
 
 def disguised(angles, rng, warp=WARP, noise=NOISE):
-    """The same motion, its speed straying smoothly from 1 by up to `warp`, and every angle with Gaussian noise.   (T, D)  ->  (T', D)"""
+    """The same motion, its speed straying smoothly from 1 by up to `warp`, and every angle with
+    Gaussian noise.   (T, D)  ->  (T', D)
+    """
     u = np.linspace(0, 1, len(angles))
     speed = 1 + warp * np.sin(2 * np.pi * (rng.uniform(0.5, 1.5) * u + rng.uniform()))
     arrival = np.concatenate([[0], np.cumsum(0.5 * (1 / speed[1:] + 1 / speed[:-1]))])
@@ -152,12 +183,15 @@ def disguised(angles, rng, warp=WARP, noise=NOISE):
     return read_at(angles, played) + noise * rng.normal(size=(frames, angles.shape[1]))
 
 
-def cut_again(database, trials=40, length=5, *, seed=0, warp=WARP, noise=NOISE, tolerance=TOLERANCE):
-    """Sequences of `length` known fragments, warped and with noise, segmented by the whole database.
+def cut_again(database, trials=40, length=5, *, seed=0, warp=WARP, noise=NOISE,
+              tolerance=TOLERANCE):
+    """Sequences of `length` known fragments, warped and with noise, segmented by the whole
+    database.
 
-    ->  {"sequences": share cut into the right contents with every cut within `tolerance` frames, "contents": share with the right
-    contents in order, "fragments": share of the pieces matched by the very fragment, "cuts": share of the cuts within `tolerance`,
-    "merged": share with the right contents once neighbouring pieces of one content count as one}
+    ->  {"sequences": share cut into the right contents with every cut within `tolerance` frames,
+    "contents": share with the right contents in order, "fragments": share of the pieces matched by
+    the very fragment, "cuts": share of the cuts within `tolerance`, "merged": share with the right
+    contents once neighbouring pieces of one content count as one}
     """
     rng = np.random.default_rng([seed, 13])
     sequences = [fragment.angles for fragment in database.fragments]
@@ -165,37 +199,49 @@ def cut_again(database, trials=40, length=5, *, seed=0, warp=WARP, noise=NOISE, 
     for _ in range(trials):
         chosen = rng.choice(len(sequences), length, replace=False)
         parts = [disguised(sequences[n], rng, warp, noise) for n in chosen]
-        results.append(_compare(database, sequences, np.concatenate(parts), np.cumsum([len(part) for part in parts])[:-1],
-                                [database.fragments[n].content for n in chosen], tolerance, chosen))
+        results.append(
+            _compare(database, sequences, np.concatenate(parts),
+                     np.cumsum([len(part) for part in parts])[:-1],
+                     [database.fragments[n].content for n in chosen], tolerance, chosen))
     return _rates(results)
 
 
 def cut_newcomers(cast, *, seed=0, tolerance=TOLERANCE):
-    """Each performer's actions in a phrase of random order, joined, and segmented by the fragments of all others.   ->  as `cut_again`"""
+    """Each performer's actions in a phrase of random order, joined, and segmented by the fragments
+    of all others.   ->  as `cut_again`
+    """
     rng = np.random.default_rng([seed, 14])
     results = []
     for name in dict.fromkeys(cast.performer):
         phrase, cuts, contents, others = newcomer(cast, name, rng)
-        results.append(_compare(others, [f.angles for f in others.fragments], phrase.angles, cuts[1:-1], contents, tolerance, None))
+        results.append(
+            _compare(others, [f.angles for f in others.fragments], phrase.angles, cuts[1:-1],
+                     contents, tolerance, None))
     return _rates(results)
 
 
 def newcomer(cast, name, rng):
-    """One performer's actions joined in random order, and the database of all others.   ->  Fragment, cuts, contents, Database"""
+    """One performer's actions joined in random order, and the database of all others.
+    ->  Fragment, cuts, contents, Database
+    """
     own = rng.permutation(np.flatnonzero(cast.performer == name))
     parts = [cast.database.fragments[n] for n in own]
     cuts = tuple(int(cut) for cut in np.cumsum([0] + [part.frames for part in parts]))
-    return join(parts, cast.database.body), cuts, [part.content for part in parts], without(cast.database, cast.performer != name)
+    return join(parts, cast.database.body), cuts, [part.content for part in parts
+                                                   ], without(cast.database, cast.performer != name)
 
 
 def _compare(database, sequences, Y, cuts, contents, tolerance, chosen):
-    """->  (contents right, share of cuts found, all right, share of the very fragments, contents right when merged)"""
+    """->  (contents right, share of cuts found, all right, share of the very fragments, contents
+    right when merged)
+    """
     _, pieces = segment(Y, sequences)
     found_contents = contents_of(database, pieces)
     right, merged = found_contents == list(contents), _merged(found_contents) == _merged(contents)
     found = np.array([piece.end for piece in pieces[:-1]])
     near = [bool(len(found)) and int(np.abs(found - cut).min()) <= tolerance for cut in cuts]
-    same = np.mean([piece.fragment == n for piece, n in zip(pieces, chosen)]) if right and chosen is not None else float("nan")
+    same = np.mean([piece.fragment == n for piece, n in zip(pieces, chosen)
+                    ]) if right and chosen is not None else float("nan")
     return right, np.mean(near), right and all(near), same if right else 0.0, merged
 
 
@@ -205,17 +251,23 @@ def _merged(contents):
 
 def _rates(results):
     contents, cuts, sequences, same, merged = np.array(results, dtype=float).mean(axis=0).tolist()
-    return {"sequences": sequences, "contents": contents, "cuts": cuts, "fragments": same, "merged": merged}
+    return {
+        "sequences": sequences, "contents": contents, "cuts": cuts, "fragments": same,
+        "merged": merged}
 
 
 def asked_and_seen(cast, train, *, trials=10, looks=1, seed=0, report=None):
-    """Ask for styles and observe what comes: each performer in turn is the input, all others are the database.
+    """Ask for styles and observe what comes: each performer in turn is the input, all others are
+    the database.
 
-    A style is asked for that lies between two fragments' of the database, at random (the paper asked for styles beyond its database).
-    Input and result are both observed by the computed observer, piece by piece, against the contents that were *found*: whether these
-    are the right ones is not asked, and one fixed style scores 84 % on the real clips.   train : function(Database) -> StyleModel, Projection;  trials : of each performer;
+    A style is asked for that lies between two fragments' of the database, at random (the paper
+    asked for styles beyond its database). Input and result are both observed by the computed
+    observer, piece by piece, against the contents that were *found*: whether these are the right
+    ones is not asked, and one fixed style scores 84 % on the real clips.
+    train : function(Database) ->  StyleModel, Projection;  trials : of each performer;
     looks : see `synthesise.restyle`
-    ->  {"nearer": share observed nearer to the target than the input was, "asked": (M, 3), "input": (M, 3), "seen": (M, 3) styles}
+    ->  {"nearer": share observed nearer to the target than the input was, "asked": (M, 3), "input":
+    (M, 3), "seen": (M, 3) styles}
     """
     rng = np.random.default_rng([seed, 15])
     asked, given, seen = [], [], []
@@ -229,7 +281,9 @@ def asked_and_seen(cast, train, *, trials=10, looks=1, seed=0, report=None):
             u = rng.uniform()
             asked.append((1 - u) * others.styles[a] + u * others.styles[b])
             made = restyle(phrase, pieces, others, model, projection, asked[-1], looks=looks)
-            given.append(observed_style(phrase, (0, *(piece.end for piece in pieces)), contents, others.observer))
+            given.append(
+                observed_style(phrase, (0, *(piece.end for piece in pieces)), contents,
+                               others.observer))
             seen.append(observed_style(made.fragment, made.cuts, contents, others.observer))
         if report:
             report(name)
@@ -242,5 +296,7 @@ def table_rows(errors):
     """Table 1 beside the paper's.   {model: (splits, 3)}  ->  list of lists of str"""
     rows = [["model", *EFFORTS, *(f"paper: {effort}" for effort in EFFORTS)]]
     for model, error in errors.items():
-        rows.append([model, *(f"{x:.2f}" for x in error.mean(axis=0)), *(f"{x:.2f}" for x in PUBLISHED[model])])
+        rows.append([
+            model, *(f"{x:.2f}" for x in error.mean(axis=0)),
+            *(f"{x:.2f}" for x in PUBLISHED[model])])
     return rows

@@ -1,11 +1,12 @@
 r"""Three ways to measure a derivative without knowing how it was derived.
 
-All of them walk through a function's inputs in a straight line, `along(h) = f(x_0 + h v_0, x_1 + h v_1, ...)`, and measure, for an
-upstream gradient dy of the shape of the output,
+All of them walk through a function's inputs in a straight line, `along(h) = f(x_0 + h v_0, x_1 + h
+v_1, ...)`, and measure, for an upstream gradient dy of the shape of the output,
 
     d/dh sum(dy * along(h))  at h = 0      =      sum over inputs <gradient_i, v_i>   if the gradients are right.
 
-One number is measured, whatever the size of f: one random line checks all elements of all inputs together.
+One number is measured, whatever the size of f: one random line checks all elements of all inputs
+together.
 """
 
 import warnings
@@ -13,46 +14,57 @@ import warnings
 import numpy as np
 
 COMPLEX_STEP = 1e-30
-STEPS = 4e-3 * 4.0 ** -np.arange(7)                              # of the central differences: 4e-3 ... 1e-6
-CLOSE_STEPS = STEPS[-1] * 4.0 ** -np.arange(4)                   # where a kink lies within the larger ones
+# of the central differences: 4e-3 ... 1e-6
+STEPS = 4e-3 * 4.0 ** -np.arange(7)
+# where a kink lies within the larger ones
+CLOSE_STEPS = STEPS[-1] * 4.0 ** -np.arange(4)
 
 
 def line(f, inputs, directions):
-    """The straight line through the inputs in directions {i: v_i}; inputs that are not named stay.   ->  along(h)"""
+    """The straight line through the inputs in directions {i: v_i}; inputs that are not named stay.
+    ->  along(h)
+    """
     def along(h):
         return f(*(x + h * directions[i] if i in directions else x for i, x in enumerate(inputs)))
     return along
 
 
 def complex_step(along, dy):
-    r"""For an analytic function a step in the imaginary direction. No difference is taken, so nothing cancels and h may be tiny:
+    r"""For an analytic function a step in the imaginary direction. No difference is taken, so
+    nothing cancels and h may be tiny:
 
         along(i h) = along(0) + i h along'(0) - h^2 / 2 along''(0) - ...   hence   along'(0) = Im along(i h) / h + O(h^2)
 
     ->  derivative, or None where the function does not take complex numbers or does not keep them
     """
     with warnings.catch_warnings():
-        warnings.simplefilter("error")                           # NumPy only warns when it drops an imaginary part
+        # NumPy only warns when it drops an imaginary part
+        warnings.simplefilter("error")
         try:
             y = along(1j * COMPLEX_STEP)
-        except Exception:                                        # whatever it is: this function is for real numbers
+        # whatever it is: this function is for real numbers
+        except Exception:
             return None
     return float(np.sum(dy * (np.imag(y) / COMPLEX_STEP))) if np.iscomplexobj(y) else None
 
 
 def extrapolate(along, dy, steps=STEPS):
-    r"""Central differences, which err by h^2, h^4, ..., extrapolated to h = 0 (Richardson; Ridders' choice of the best):
+    r"""Central differences, which err by h^2, h^4, ..., extrapolated to h = 0 (Richardson; Ridders'
+    choice of the best):
 
         D_0(h) = sum dy (along(h) - along(-h)) / 2 h
         D_k(h) = D_{k-1}(h) + (D_{k-1}(h) - D_{k-1}(4 h)) / (16^k - 1)
 
-    Large steps meet kinks and curvature, small ones rounding: the entry that differs least from its neighbours is taken.
-    steps : falling by a factor of 4   ->  derivative, and that difference as a measure of its error, at least the rounding of f over h
+    Large steps meet kinks and curvature, small ones rounding: the entry that differs least from its
+    neighbours is taken.
+    steps : falling by a factor of 4
+    ->  derivative, and that difference as a measure of its error, at least the rounding of f over h
     """
     rounding = np.finfo(float).eps * float(np.sum(np.abs(dy * along(0.0))))
     best, error, previous = np.nan, np.inf, []
     for h in steps:
-        row = [float(np.sum(dy * (along(h) - along(-h)))) / (2 * h)]         # output by output: a difference of sums would cost digits
+        # output by output: a difference of sums would cost digits
+        row = [float(np.sum(dy * (along(h) - along(-h)))) / (2 * h)]
         for k, coarser in enumerate(previous, start=1):
             row.append(row[-1] + (row[-1] - coarser) / (16.0 ** k - 1))
             doubt = max(abs(row[-1] - row[-2]), abs(row[-1] - coarser), rounding / h)
@@ -63,7 +75,8 @@ def extrapolate(along, dy, steps=STEPS):
 
 
 def is_analytic(along, dy, tolerance=1e-6):
-    r"""Whether the complex step is to be trusted: a function may keep complex numbers and yet not be analytic.
+    r"""Whether the complex step is to be trusted: a function may keep complex numbers and yet not
+    be analytic.
 
     |x|, conjugates and comparisons break the Cauchy-Riemann equations; then the two derivatives along a random line differ.
     """
@@ -75,7 +88,9 @@ def is_analytic(along, dy, tolerance=1e-6):
 
 
 def one_sided(along, dy, h=1e-7):
-    """The derivatives to the left and to the right. Their error is of first order, so that 2 d(h / 2) - d(h) removes most of it."""
+    """The derivatives to the left and to the right. Their error is of first order, so that 2 d(h /
+    2) - d(h) removes most of it.
+    """
     here = along(0.0)
 
     def slope(h):
@@ -84,12 +99,15 @@ def one_sided(along, dy, h=1e-7):
 
 
 def remainder_slope(along, dy, derivative, steps=(1e-3, 5e-4, 2.5e-4, 1.25e-4)):
-    r"""The power of h with which Taylor's remainder  along(h) - along(0) - h derivative  falls: 2 if the derivative is right, 1 if not.
+    r"""The power of h with which Taylor's remainder  along(h) - along(0) - h derivative  falls: 2
+    if the derivative is right, 1 if not.
 
-    ->  power, or None where it cannot be told: rounding or a kink hides it, or the function is linear
+    ->  power, or None where it cannot be told: rounding or a kink hides it, or the function is
+    linear
     """
     here = along(0.0)
-    remainders = np.array([abs(float(np.sum(dy * (along(h) - here))) - h * derivative) for h in steps])
+    remainders = np.array([
+        abs(float(np.sum(dy * (along(h) - here))) - h * derivative) for h in steps])
     rounding = 1e-13 * (float(np.sum(np.abs(dy * here))) + abs(derivative) * steps[0])
     if not remainders.min() > 100 * rounding:
         return None

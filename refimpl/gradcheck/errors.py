@@ -2,7 +2,9 @@
 
 
 class GradientError(AssertionError):
-    """A gradient, or the function that claims it, is wrong; the message says where, what was found and what was needed."""
+    """A gradient, or the function that claims it, is wrong; the message says where, what was found
+    and what was needed.
+    """
 
 
 def describe(found, needed, tolerance):

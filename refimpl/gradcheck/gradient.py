@@ -160,9 +160,11 @@ def _check_input(f, dy, inputs, i, name, claim, rng, seed, most):
     worst = int(np.argmax(np.where(good, -np.inf, np.where(np.isnan(differences), np.inf, differences))))
     where = ", ".join(str(int(n)) for n in np.unravel_index(elements[worst], x.shape))
     return row, (f"{name}[{where}]: {describe(claimed[worst], measured[worst], bounds[worst])} by {instrument}; "
-                 f"{int((~good).sum())} of {len(good)} elements are wrong.\nSee it again, with f, f_backward and inputs as they are now:\n"
+                 f"{int((~good).sum())} of {len(good)} elements are wrong.\nSee it again, with f, "
+                 "f_backward and inputs as they are now:\n"
                  f"    dy = np.random.default_rng({seed}).standard_normal(np.shape(f(*inputs)))\n"
-                 f"    gradients = f_backward(dy, *inputs)      # the one of {name} at [{where}] should be {float(measured[worst])!r}")
+                 f"    gradients = f_backward(dy, *inputs)      # the one of {name} at [{where}] "
+                 f"should be {float(measured[worst])!r}")
 
 
 def _measure_elements(f, dy, inputs, i, claim, elements, analytic):

@@ -1,9 +1,10 @@
-"""Training that survives: after every epoch everything needed to go on is in one file, written whole or not at all.
+"""Training that survives: after every epoch everything needed to go on is in one file, written
+whole or not at all.
 
-A run that was killed and resumed on the same processor ends with the same bits as one that was never
-interrupted: parameters and moments are stored exactly, and an epoch's random numbers depend on the
-seed and the epoch alone. On another processor, whose BLAS adds up in another order, the training data
-come out with other last digits; then it goes on too, and whoever resumes is told.
+A run that was killed and resumed on the same processor ends with the same bits as one that was
+never interrupted: parameters and moments are stored exactly, and an epoch's random numbers depend
+on the seed and the epoch alone. On another processor, whose BLAS adds up in another order, the
+training data come out with other last digits; then it goes on too, and whoever resumes is told.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,7 +21,8 @@ from ..storage import FormatError, load_npz, save_npz
 from .train import Record, State
 
 VERSION = 2
-NEAR = 1e-4                                                      # how near the summaries of one run's data lie on any processor
+# how near the summaries of one run's data lie on any processor
+NEAR = 1e-4
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,8 @@ class Run:
     """What a training run is known by.
 
     settings : a word that differs when the settings or the shapes of the data differ;  bits : one
-    that differs when a bit of the data does;  summary : mean, spread and a weighted mean of each array
+    that differs when a bit of the data does;  summary : mean, spread and a weighted mean of each
+    array
     """
 
     settings: str
@@ -64,29 +67,37 @@ def load_checkpoint(path: str | Path, run: Run, like: Mapping[str, np.ndarray],
                     epochs: int) -> tuple[State, list[Record], bool]:
     """Read where a run stood.
 
-    run : of `fingerprint`;  like : parameters of the shapes and types that it must hold;  epochs : of
-    the whole run   ->  State, list of Record, whether the data are the same to the last bit
+    run : of `fingerprint`;  like : parameters of the shapes and types that it must hold;
+    epochs : of the whole run
+    ->  State, list of Record, whether the data are the same to the last bit
     Raises FormatError when it belongs to a run with other settings or other data, or is damaged.
     """
-    arrays, facts = load_npz(path, "checkpoint", VERSION, ("summary",),
-                             {"epoch": int, "steps": int, "names": list, "settings": str, "bits": str, "records": str})
+    arrays, facts = load_npz(
+        path, "checkpoint", VERSION, ("summary", ),
+        {"epoch": int, "steps": int, "names": list, "settings": str, "bits": str, "records": str})
     if facts["settings"] != run.settings or not _near(arrays["summary"], run.summary):
-        raise FormatError(f"{path}: found a checkpoint of a run with other settings or other data, needed the "
-                          "same; resume with the words it was started with, or leave --resume out: then it is "
-                          "kept under another name and training begins anew")
+        raise FormatError(
+            f"{path}: found a checkpoint of a run with other settings or other data, needed the "
+            "same; resume with the words it was started with, or leave --resume out: then it is "
+            "kept under another name and training begins anew")
     if facts["names"] != list(like):
-        raise FormatError(f"{path}: found parameters {', '.join(facts['names'])[:80]}, needed {', '.join(like)}")
+        raise FormatError(
+            f"{path}: found parameters {', '.join(facts['names'])[:80]}, needed {', '.join(like)}")
     groups = [{name: arrays.get(f"{kind} {name}") for name in like} for kind in "pmv"]
     for group in groups:
         for name, array in group.items():
             wanted = like[name]
-            if array is None or array.shape != wanted.shape or array.dtype != wanted.dtype or not np.isfinite(array).all():
-                raise FormatError(f"{path}: found {name} missing, of another shape or type or not finite, needed "
-                                  f"finite numbers {wanted.dtype} {wanted.shape}")
+            if array is None or array.shape != wanted.shape or array.dtype != wanted.dtype or not np.isfinite(
+                    array).all():
+                raise FormatError(
+                    f"{path}: found {name} missing, of another shape or type or not finite, needed "
+                    f"finite numbers {wanted.dtype} {wanted.shape}")
     records = _records(path, facts["records"])
-    if not 1 <= facts["epoch"] <= epochs or facts["epoch"] != len(records) or not 1 <= facts["steps"] < 2 ** 53:
-        raise FormatError(f"{path}: found {str(facts['epoch'])[:20]} epochs with {len(records)} records and "
-                          f"{str(facts['steps'])[:20]} steps, needed numbers of one training of {epochs} epochs")
+    if not 1 <= facts["epoch"] <= epochs or facts["epoch"] != len(
+            records) or not 1 <= facts["steps"] < 2**53:
+        raise FormatError(
+            f"{path}: found {str(facts['epoch'])[:20]} epochs with {len(records)} records and "
+            f"{str(facts['steps'])[:20]} steps, needed numbers of one training of {epochs} epochs")
     params, m, v = groups
     return (State(params, {"t": facts["steps"], "m": m, "v": v}, facts["epoch"]), records,
             facts["bits"] == run.bits)
@@ -108,7 +119,8 @@ def _records(path, text):
     except (ValueError, TypeError, RecursionError):
         good = False
     if not good:
-        raise FormatError(f"{path}: found damaged records of its epochs, needed those that training wrote")
+        raise FormatError(
+            f"{path}: found damaged records of its epochs, needed those that training wrote")
     return records
 
 

@@ -1,19 +1,25 @@
-r"""The decoder at half resolution: what `networks.decode` says at full resolution, with half the frames and 13 taps instead of 25.
+r"""The decoder at half resolution: what `networks.decode` says at full resolution, with half the
+frames and 13 taps instead of 25.
 
-Average-depooling gives both frames of a pair the same value, so each of two neighbouring taps of a filter meets it:
+Average-depooling gives both frames of a pair the same value, so each of two neighbouring taps of a
+filter meets it:
 
     D[2u] = D[2u+1] = E[u],   E = H / 2 - b0
     X[c, 2u + r] = sum_{m, k} W0[m, c, K-1-k] D[m, 2u + r + k - l]                             l = K - 1 - (K - 1) // 2, r = 0 or 1
                  = sum_{m, j} V[2 * c-block r, m, j] E[m, u + j - left],   V[(r, c), m, j] = sum over k with (r + k - l) // 2 = j - left of W0[m, c, K-1-k]
 
-One correlation to 132 channels, 66 for the even frames and 66 for the odd ones, which lie beside each other in channel-last order as they should.
+One correlation to 132 channels, 66 for the even frames and 66 for the odd ones, which lie beside
+each other in channel-last order as they should.
 """
 
 import numpy as np
 
 
 def taps(K):
-    """Where each tap of a filter goes.   ->  j (2, K) for the even and odd frames, number of half-resolution taps, zeros before the first frame"""
+    """Where each tap of a filter goes.
+    ->  j (2, K) for the even and odd frames, number of half-resolution taps, zeros before the first
+    frame
+    """
     reach = K - 1 - (K - 1) // 2
     j = (np.arange(2)[:, None] + np.arange(K) - reach) // 2
     return j - j.min(), int(j.max() - j.min()) + 1, int(-j.min())
@@ -32,7 +38,9 @@ def half_filters(W0):
 
 
 def half_filters_backward(dV, K):
-    """Every tap gets the gradient of its sum, for even and odd frames.   (2 C, m, taps)  ->  (m, C, K)"""
+    """Every tap gets the gradient of its sum, for even and odd frames.
+    (2 C, m, taps)  ->  (m, C, K)
+    """
     _, m, count = dV.shape
     j, _, _ = taps(K)
     by_tap = dV.reshape(2, -1, m, count).transpose(0, 3, 2, 1)   # (2, taps, m, C)

@@ -148,8 +148,8 @@ def foot_loss_backward(dloss: np.ndarray, motion: np.ndarray, contacts: np.ndarr
 def bone_loss(motion: np.ndarray, lengths: Any, *, bones: Bones = BONES) -> np.ndarray:
     r"""Equation 8:   sum over bones b = (j1, j2) and frames of ( || p_j1 - p_j2 || - l_b )^2
 
-    motion : (N, 66, T) denormalised;  lengths : one for each of the bones, pairs of joints, those of
-    `joints.BONES` unless others are given   ->  (N,), length^2
+    motion : (N, 66, T) denormalised;  lengths : one for each of the bones, pairs of joints, those
+    of `joints.BONES` unless others are given   ->  (N,), length^2
     """
     return nn.sum_squares(_bone_errors(motion, lengths, bones)[1])
 
@@ -185,7 +185,8 @@ def _unit_vectors(v):
     with np.errstate(over="ignore", under="ignore"):
         squares = np.sum(v * v, axis=2)
     real, scale = v.real.dtype, None
-    if not np.all((squares.real > np.finfo(real).tiny / np.finfo(real).eps) & (squares.real < np.inf)):
+    if not np.all((squares.real > np.finfo(real).tiny / np.finfo(real).eps)
+                  & (squares.real < np.inf)):
         scale = power_of_two(np.abs(v).max(axis=2))             # some squares overflow, or vanish
         v = v / scale[:, :, None]
         squares = np.sum(v * v, axis=2)

@@ -1,8 +1,11 @@
-r"""The two training steps with everything shared that is shared: losses and gradients of one batch in one walk forwards and one backwards.
+r"""The two training steps with everything shared that is shared: losses and gradients of one batch
+in one walk forwards and one backwards.
 
-`objective.total_loss` with its backward, and `networks.autoencoder_loss` with its own, are the definitions; these give the same numbers (tested). They compute
-no layer twice, read a window's spectrum once for T's first layer and for the loss network, decode at half resolution, and keep every large
-array from step to step. Arrays are channel-last, (B, T, C). What comes back lasts until the next call.
+`objective.total_loss` with its backward, and `networks.autoencoder_loss` with its own, are the
+definitions; these give the same numbers (tested). They compute no layer twice, read a window's
+spectrum once for T's first layer and for the loss network, decode at half resolution, and keep
+every large array from step to step. Arrays are channel-last, (B, T, C). What comes back lasts until
+the next call.
 """
 
 from dataclasses import replace
@@ -18,32 +21,42 @@ from .objective import CONTENT, EQUATION_10, STYLE, denormalise, reading, term_l
 class StyleStep:
     r"""Equation 10 and its gradient for batches of B windows of T frames.
 
-    loss_network : W0, b0, constants;  mean, deviation : (66,) of the normaliser;  weights : Weights for the data's unit;
+    loss_network : W0, b0, constants;  mean, deviation : (66,) of the normaliser;  weights : Weights
+    for the data's unit;
     terms : of the objective; content and style are computed here, all others as they are written
     """
 
     def __init__(self, B, T, params, loss_network, mean, deviation, weights, terms=EQUATION_10):
         _check_even(T)
         self.names = [term.name for term in terms]
-        self.content, self.style = ((term.weight_of(weights) if term.name in self.names else 0.0) for term in (CONTENT, STYLE))
-        self.of_hidden = [term for term in reading("hidden", terms) if term.name not in (CONTENT.name, STYLE.name)]
+        self.content, self.style = ((term.weight_of(weights) if term.name in self.names else 0.0)
+                                    for term in (CONTENT, STYLE))
+        self.of_hidden = [
+            term for term in reading("hidden", terms)
+            if term.name not in (CONTENT.name, STYLE.name)]
         self.of_motion = reading("motion", terms)
         self.W0, self.b0 = loss_network["W0"], loss_network["b0"]
         dtype, (m, features, _) = self.W0.dtype, self.W0.shape
-        self.mean, self.deviation, self.weights = mean.astype(dtype), deviation.astype(dtype), weights
+        self.mean, self.deviation, self.weights = mean.astype(dtype), deviation.astype(
+            dtype), weights
         (c1, _, K), (c2, _, K2), (_, _, K3) = (params[name].shape for name in ("W1", "W2", "W3"))
 
         def plan(C, O, width):
             return Plan(B, T, C, O, width, dtype, left=(width - 1) // 2)
 
-        self.same_width = K == self.W0.shape[2]                  # then W1 and W0 are one bank of filters for I
-        self.layers = [plan(features, c1 + m if self.same_width else c1, K), plan(c1, c2, K2), plan(c2, features, K3)]
+        # then W1 and W0 are one bank of filters for I
+        self.same_width = K == self.W0.shape[2]
+        self.layers = [
+            plan(features, c1 + m if self.same_width else c1, K),
+            plan(c1, c2, K2),
+            plan(c2, features, K3)]
         self.of_input = self.layers[0] if self.same_width else plan(features, m, self.W0.shape[2])
         self.encoder = plan(features, m, self.W0.shape[2])
         self.V0 = self.encoder.spectra(self.W0)
         first = self.layers[0]
         self.bank = np.empty((3, first.n // 2, features, first.shape[3]), dtype)
-        self.V_input = self.of_input.spectra(self.W0, out=self.bank[..., c1:] if self.same_width else None)
+        self.V_input = self.of_input.spectra(self.W0,
+                                             out=self.bank[..., c1:] if self.same_width else None)
         self.V1 = self.bank[..., :c1]
         self.V2, self.V3 = (np.empty((3, p.n // 2) + p.shape[2:4], dtype) for p in self.layers[1:])
         self.H, self.D, self.dH = (np.empty((B, T // 2, m), dtype) for _ in range(3))
@@ -68,7 +81,8 @@ class StyleStep:
         for plan, name, V in ((one, "W1", self.V1), (two, "W2", self.V2), (three, "W3", self.V3)):
             plan.spectra(params[name], out=V)
         one.input[:] = I.swapaxes(1, 2)
-        Z = one.forward(self.bank)                               # (B, T, 128 + 256): T's first layer, and the loss network's of I
+        # (B, T, 128 + 256): T's first layer, and the loss network's of I
+        Z = one.forward(self.bank)
         if self.same_width:
             Z_input = Z[..., c1:]
         else:
@@ -88,7 +102,9 @@ class StyleStep:
         return O, self.D
 
     def _perceptual(self, O, H_input, batch):
-        """What reads hidden units, equations 4 and 5 foremost, and its gradient with respect to O.   ->  {term: mean}, dO (B, T, 66)"""
+        """What reads hidden units, equations 4 and 5 foremost, and its gradient with respect to O.
+        ->  {term: mean}, dO (B, T, 66)
+        """
         B, w = len(O), self.weights
         self.encoder.input[:] = O
         Z = self.encoder.forward(self.V0)
@@ -101,7 +117,8 @@ class StyleStep:
             r -= target
         content, d_content = _read(D, w.reading)
         style, d_style = _read(R, w.reading)
-        R *= (2 * self.style / B) * d_style                         # R is symmetric: (dG + dG^T) h = 2 dG h
+        # R is symmetric: (dG + dG^T) h = 2 dG h
+        R *= (2 * self.style / B) * d_style
         D *= (self.content / B) * d_content
         dH = np.matmul(self.H, R, out=self.dH)
         dH += D
@@ -109,26 +126,35 @@ class StyleStep:
             dH += d_others.swapaxes(1, 2)
         unpool_into(dH, self.first, self.active, self.dZ)
         dO, _ = self.encoder.backward(self.dZ.reshape(Z.shape), self.V0, to_filters=False)
-        return {"content": self.content * content.mean(), "style": self.style * style.mean(), **others}, dO
+        return {
+            "content": self.content * content.mean(), "style": self.style * style.mean(),
+            **others}, dO
 
     def _other_terms(self, batch, H_input):
-        """Terms from outside that read hidden units.   ->  {term: mean}, dH (B, m, T / 2) or None"""
+        """Terms from outside that read hidden units.   ->  {term: mean}, dH (B, m, T / 2) or None
+        """
         if not self.of_hidden:
             return {}, None
         each = np.full(len(self.H), 1 / len(self.H), self.H.dtype)
-        H, batch = np.ascontiguousarray(self.H.swapaxes(1, 2)), replace(batch, hidden=H_input.swapaxes(1, 2).copy())
+        H, batch = np.ascontiguousarray(self.H.swapaxes(1, 2)), replace(
+            batch, hidden=H_input.swapaxes(1, 2).copy())
         found = term_losses(H, batch, self.of_hidden, self.weights)
-        return {name: loss.mean() for name, loss in found.items()}, term_losses_backward(each, H, batch, self.of_hidden, self.weights)
+        return {name: loss.mean()
+                for name, loss in found.items()}, term_losses_backward(each, H, batch,
+                                                                       self.of_hidden, self.weights)
 
     def _constraints(self, O, batch):
-        """What reads motion, equations 7 to 9.   ->  {term: mean}, gradient with respect to O as (B, 66, T)"""
+        """What reads motion, equations 7 to 9.
+        ->  {term: mean}, gradient with respect to O as (B, 66, T)
+        """
         each = np.full(len(O), 1 / len(O), O.dtype)
         motion = np.ascontiguousarray((O * self.deviation + self.mean).swapaxes(1, 2))
         if any(term not in EQUATION_10 for term in self.of_motion):
             batch = replace(batch, motion=denormalise(batch.I, self.mean, self.deviation))
         found = term_losses(motion, batch, self.of_motion, self.weights)
         dmotion = term_losses_backward(each, motion, batch, self.of_motion, self.weights)
-        return {name: loss.mean() for name, loss in found.items()}, dmotion * self.deviation[:, None]
+        return {name: loss.mean()
+                for name, loss in found.items()}, dmotion * self.deviation[:, None]
 
     def _backward(self, dO):
         one, two, three = self.layers
@@ -160,35 +186,44 @@ class AutoencoderStep:
         else:
             _, count, left = taps(K)
             self.decoder = Plan(B, T // 2, m, 2 * features, count, dtype, left=left)
-        self.V, self.V_decoder = (np.empty((3, p.n // 2) + p.shape[2:4], dtype) for p in (self.encoder, self.decoder))
+        self.V, self.V_decoder = (np.empty((3, p.n // 2) + p.shape[2:4], dtype)
+                                  for p in (self.encoder, self.decoder))
         self.H, self.dZ = np.empty((B, T // 2, m), dtype), np.empty((B, T // 2, 2, m), dtype)
         self.first, self.active = np.empty((B, T // 2, m), bool), np.empty((B, T // 2, m), bool)
 
     def __call__(self, params, X, noisy=None, chosen=None):
-        """X, noisy : (B, 66, T);  chosen : (B, m, T // 2) with `random`   ->  loss, gradients with the keys of params"""
+        """X, noisy : (B, 66, T);  chosen : (B, m, T // 2) with `random`
+        ->  loss, gradients with the keys of params
+        """
         W0, b0 = params["W0"], params["b0"]
         size = W0.size + b0.size
         self.encoder.spectra(W0, out=self.V)
-        self.decoder.spectra(_transposed(W0) if self.random else half_filters(W0), out=self.V_decoder)
+        self.decoder.spectra(
+            _transposed(W0) if self.random else half_filters(W0), out=self.V_decoder)
         self.encoder.input[:] = (X if noisy is None else noisy).swapaxes(1, 2)
         Z = self.encoder.forward(self.V)
         Z += b0
         pool_into(Z, self.H, self.first, self.active)
-        later = chosen.swapaxes(1, 2).astype(bool) if self.random else None                  # (B, T / 2, m)
+        # (B, T / 2, m)
+        later = chosen.swapaxes(1, 2).astype(bool) if self.random else None
         self._depool_into(self.decoder.input, later)
         self.decoder.input -= b0
-        error = self.decoder.forward(self.V_decoder)             # (B, T, 66), or (B, T / 2, 2 x 66) in the same order
+        # (B, T, 66), or (B, T / 2, 2 x 66) in the same order
+        error = self.decoder.forward(self.V_decoder)
         shape = error.shape
         error = error.reshape(len(X), -1, X.shape[1])
         error -= X.swapaxes(1, 2)
-        loss = sum(float(np.vdot(e, e)) for e in error) / error.size + self.alpha * (np.abs(W0).sum() + np.abs(b0).sum()) / size
+        loss = sum(
+            float(np.vdot(e, e))
+            for e in error) / error.size + self.alpha * (np.abs(W0).sum() + np.abs(b0).sum()) / size
         error *= Z.dtype.type(2 / error.size)
         dD, from_decoder = self.decoder.backward(error.reshape(shape), self.V_decoder)
         db0 = -wide_sum(dD, (0, 1))
         unpool_into(self._gathered(dD, later), self.first, self.active, self.dZ)
         dZ = self.dZ.reshape(Z.shape)
         dW0 = self.encoder.backward(dZ, None, to_input=False)[1]
-        dW0 += _transposed(from_decoder) if self.random else half_filters_backward(from_decoder, W0.shape[2])
+        dW0 += _transposed(from_decoder) if self.random else half_filters_backward(
+            from_decoder, W0.shape[2])
         dW0 += Z.dtype.type(self.alpha / size) * np.sign(W0)
         db0 += wide_sum(dZ, (0, 1)) + Z.dtype.type(self.alpha / size) * np.sign(b0)
         return loss, {"W0": dW0, "b0": db0}
@@ -212,12 +247,16 @@ class AutoencoderStep:
 
 
 def _transposed(W):
-    """Filters of a transposed convolution as those of a correlation, and back.   (m, C, K)  ->  (C, m, K)"""
+    """Filters of a transposed convolution as those of a correlation, and back.
+    (m, C, K)  ->  (C, m, K)
+    """
     return W[:, :, ::-1].swapaxes(0, 1)
 
 
 def pool_into(Z, H, first, active):
-    """H = relu(max-pool(Z)); where the first of a pair is the largest (the tie rule), and where H is above 0.   Z : (B, T, m)  ->  (B, T / 2, m)"""
+    """H = relu(max-pool(Z)); where the first of a pair is the largest (the tie rule), and where H
+    is above 0.   Z : (B, T, m)  ->  (B, T / 2, m)
+    """
     even, odd = Z[:, 0::2], Z[:, 1::2]
     np.greater_equal(even, odd, out=first)
     np.maximum(even, odd, out=H)
@@ -226,7 +265,9 @@ def pool_into(Z, H, first, active):
 
 
 def unpool_into(dH, first, active, dZ):
-    """The gradient goes to the first largest of each pair, where the unit is active. dH is used up.   (B, T / 2, m)  ->  dZ (B, T / 2, 2, m)"""
+    """The gradient goes to the first largest of each pair, where the unit is active. dH is used up.
+    (B, T / 2, m)  ->  dZ (B, T / 2, 2, m)
+    """
     dH *= active
     np.multiply(dH, first, out=dZ[:, :, 0])
     np.subtract(dH, dZ[:, :, 0], out=dZ[:, :, 1])
@@ -234,15 +275,20 @@ def unpool_into(dH, first, active, dZ):
 
 def _check_even(T):
     if T % 2:
-        raise ValueError(f"T: found {T} frames, needed an even number for the pooling; cut or double the last frame")
+        raise ValueError(
+            f"T: found {T} frames, needed an even number for the pooling; cut or double the last "
+            "frame")
 
 
 def _read(r, reading):
-    """The bars of equations 4 and 5 for each clip, and what r is multiplied by in their gradient.   (B, ...)  ->  (B,), (B, 1, 1)"""
+    """The bars of equations 4 and 5 for each clip, and what r is multiplied by in their gradient.
+    (B, ...)  ->  (B,), (B, 1, 1)
+    """
     squares = np.array([np.vdot(one, one) for one in r])
     if reading == "norm":
         size = np.sqrt(squares)
-        values, factors = size, 1 / np.where(size == 0, np.inf, size)        # 0 at a norm of 0 (the kink rule)
+        # 0 at a norm of 0 (the kink rule)
+        values, factors = size, 1 / np.where(size == 0, np.inf, size)
     else:
         count = r[0].size if reading == "mean_squares" else 1
         values, factors = squares / count, np.full(len(r), 2 / count)

@@ -1,6 +1,8 @@
-r"""P(T(X)) as fast as it goes: plans with kept spectra, channel-last from end to end, the decoder at half resolution, long clips in blocks.
+r"""P(T(X)) as fast as it goes: plans with kept spectra, channel-last from end to end, the decoder
+at half resolution, long clips in blocks.
 
-`networks.transform` and `networks.project` are the definition; `Stylist` gives the same numbers (tested).
+`networks.transform` and `networks.project` are the definition; `Stylist` gives the same numbers
+(tested).
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -10,14 +12,17 @@ import numpy as np
 from ..nn.plan import Plan
 from .half import half_filters, taps
 
-BLOCK = 1920                                                     # frames computed at a time: what they need stays in the processor's cache
+# frames computed at a time: what they need stays in the processor's cache
+BLOCK = 1920
 
 
 class Stylist:
     """The two networks, made ready for many clips.
 
-    params : of T, or None to project only;  loss_network : W0, b0, and V0, c0 of an untied decoder;  threads : Python threads that share the work (the same bits for the same number);
-    block : frames computed at a time. The arrays of params are read once: a Stylist does not see later changes.
+    params : of T, or None to project only;  loss_network : W0, b0, and V0, c0 of an untied decoder;
+    threads : Python threads that share the work (the same bits for the same number);
+    block : frames computed at a time. The arrays of params are read once: a Stylist does not see
+    later changes.
     """
 
     def __init__(self, params, loss_network, *, threads=1, block=BLOCK):
@@ -28,8 +33,10 @@ class Stylist:
         self.biases = [b for _, b in layers] + [b0, None if self.tied else loss_network["c0"]]
         self.dtype, self.features, self.block = W0.dtype, W0.shape[1], max(2, block - block % 2)
         self.reach = sum(W.shape[2] // 2 + 1 for W in self.filters[:-1]) + W0.shape[2] // 2 + 2
-        self.reach += self.reach % 2                             # frames that a result looks to each side, even for the pooling
-        self.pool, self.threads = (ThreadPoolExecutor(threads), threads) if threads > 1 else (None, 1)
+        # frames that a result looks to each side, even for the pooling
+        self.reach += self.reach % 2
+        self.pool, self.threads = (ThreadPoolExecutor(threads), threads) if threads > 1 else (None,
+                                                                                              1)
         self._spectra, self._plans = {}, {}
 
     def transform(self, X):
@@ -45,20 +52,24 @@ class Stylist:
         return self._in_blocks(X, range(len(self.filters)))
 
     def _in_blocks(self, X, layers):
-        """Each block is computed with `reach` frames more on both sides, which makes it exact.   ->  (N, 66, T), channel-last in memory"""
+        """Each block is computed with `reach` frames more on both sides, which makes it exact.
+        ->  (N, 66, T), channel-last in memory
+        """
         N, C, T = X.shape
         result = np.empty((N, T, C), self.dtype)
         for begin in range(0, T, self.block):
             end = min(T, begin + self.block)
             first, last = max(0, begin - self.reach), min(T, end + self.reach)
-            result[:, begin:end] = self._run(X[:, :, first:last], layers)[:, begin - first:end - first]
+            result[:, begin:end] = self._run(X[:, :, first:last], layers)[:,
+                                                                          begin - first:end - first]
         return result.swapaxes(1, 2)
 
     def _run(self, X, layers):
         """(N, 66, T)  ->  (N, T, 66), in a plan's memory"""
         N, C, T = X.shape
         encoder = len(self.filters) - 2
-        even = T + T % 2 if encoder in layers else T             # an odd last frame is doubled for the pooling
+        # an odd last frame is doubled for the pooling
+        even = T + T % 2 if encoder in layers else T
         first = self._plan(layers[0], N, even if layers[0] == encoder else T).input
         first[:, :T] = X.swapaxes(1, 2)
         first[:, T:] = X[:, None, :, -1]
@@ -67,7 +78,8 @@ class Stylist:
             plan = self._plan(layer, N, frames)
             y = plan.forward(self._filter_spectra(layer, plan))
             if layer > encoder:
-                X = y.reshape(N, even, C)[:, :T]                 # (N, T / 2, 2 x 66): even and odd frames side by side
+                # (N, T / 2, 2 x 66): even and odd frames side by side
+                X = y.reshape(N, even, C)[:, :T]
                 return X if self.tied else X + self.biases[layer]
             if layer == encoder:
                 self._pool_into(self._plan(layer + 1, N, even // 2).input, y)
@@ -84,7 +96,9 @@ class Stylist:
         raise AssertionError("the last layer returns")
 
     def _pool_into(self, E, Z):
-        """E = relu(max-pool(Z + b0)) / 2 - b0, what the decoder at half resolution reads (an untied one without - b0).   Z : (N, T, m), E : (N, T / 2, m)"""
+        """E = relu(max-pool(Z + b0)) / 2 - b0, what the decoder at half resolution reads (an untied
+        one without - b0).   Z : (N, T, m), E : (N, T / 2, m)
+        """
         b0 = self.biases[-2]
         np.maximum(Z[:, 0::2], Z[:, 1::2], out=E)
         E += b0
@@ -98,10 +112,12 @@ class Stylist:
         sizes = self._plans.setdefault(layer, {})
         if (N, T) not in sizes:
             O, C, K = self.filters[layer].shape
-            left = taps(self.filters[-2].shape[2])[2] if layer == len(self.filters) - 1 else (K - 1) // 2
+            left = taps(
+                self.filters[-2].shape[2])[2] if layer == len(self.filters) - 1 else (K - 1) // 2
             while len(sizes) > 3:
                 sizes.pop(next(iter(sizes)))
-            sizes[N, T] = Plan(N, T, C, O, K, self.dtype, left=left, pool=self.pool, threads=self.threads)
+            sizes[N, T] = Plan(N, T, C, O, K, self.dtype, left=left, pool=self.pool,
+                               threads=self.threads)
         return sizes[N, T]
 
     def _filter_spectra(self, layer, plan):

@@ -1,8 +1,10 @@
-r"""Running it, section "Manifold Projection": stylise(I) = P(T(I)) for a clip of any length, back on the clip's own skeleton.
+r"""Running it, section "Manifold Projection": stylise(I) = P(T(I)) for a clip of any length, back
+on the clip's own skeleton.
 
-Two things are not right yet. The convolutions see zeros, the mean pose, beyond both ends of a clip: joints of the first four frames
-are off by some 7 cm, up to the 24th by some 3. And a clip is brought to the size of the training data's legs and no further: on a
-body of other proportions hips and shoulders are drawn towards the training skeleton's.
+Two things are not right yet. The convolutions see zeros, the mean pose, beyond both ends of a clip:
+joints of the first four frames are off by some 7 cm, up to the 24th by some 3. And a clip is
+brought to the size of the training data's legs and no further: on a body of other proportions hips
+and shoulders are drawn towards the training skeleton's.
 """
 
 from dataclasses import dataclass, replace
@@ -19,16 +21,20 @@ from ..motion.skeleton import with_pose
 from .known import STRANGE
 from .networks import project, transform
 
-ASTRAY = 0.1, 0.2                                            # of the way, and in legs: how far the path of T(I) may lie from the content's
+# of the way, and in legs: how far the path of T(I) may lie from the content's
+ASTRAY = 0.1, 0.2
 
 
 @dataclass(frozen=True)
 class Stylised:
     """A stylised take.
 
-    clip : on its own skeleton;  positions : (T, 21, 3) of its 21 points, y up;  features : (T, 66) as the network left them, in the take's unit;
-    astray : mean distance of the path of T(I) from the content's, and way : the length of the content's, in legs;
-    kept : whether the content's path was kept instead;  strangeness : of the content (`known.Known`), NaN where the style does not know
+    clip : on its own skeleton;  positions : (T, 21, 3) of its 21 points, y up;  features : (T, 66)
+    as the network left them, in the take's unit;
+    astray : mean distance of the path of T(I) from the content's, and way : the length of the
+    content's, in legs;
+    kept : whether the content's path was kept instead;  strangeness : of the content
+    (`known.Known`), NaN where the style does not know
     """
 
     clip: Clip
@@ -44,18 +50,24 @@ class Stylised:
         """Why not to trust this result.   ->  tuple of str"""
         said = []
         if self.strangeness > STRANGE:
-            said.append(f"the clip is nothing like what the style learnt on (it lies {self.strangeness:.1f} times as far from the nearest of that as the "
-                        f"farthest of those clips from the others; {STRANGE:g} is allowed): expect a figure that moves as the style knows, not as this clip does")
+            said.append(
+                "the clip is nothing like what the style learnt on (it lies "
+                f"{self.strangeness:.1f} times as far from the nearest of that as the "
+                f"farthest of those clips from the others; {STRANGE:g} is allowed): expect a "
+                "figure that moves as the style knows, not as this clip does")
         if self.kept:
-            said.append(f"the style would leave a way of {self.way:.1f} legs by {self.astray:.1f} legs on average (allowed: {ASTRAY[0]:.0%} of the way and "
-                        f"{ASTRAY[1]:g} leg): the content's own path is kept")
+            said.append(
+                f"the style would leave a way of {self.way:.1f} legs by {self.astray:.1f} legs on "
+                f"average (allowed: {ASTRAY[0]:.0%} of the way and "
+                f"{ASTRAY[1]:g} leg): the content's own path is kept")
         return tuple(said)
 
 
 def stylise(features, style, *, projected=True, stylist=None, kernels=None):
     """P(T(I)) of features on the model's scale, or T(I) alone.   (T, 66)  ->  (T, 66)
 
-    stylist : the style's own unless given (one with more threads, say);  kernels : who computes the definition instead, `refimpl.nn` say
+    stylist : the style's own unless given (one with more threads, say);  kernels : who computes the
+    definition instead, `refimpl.nn` say
     """
     X, manifold = style.manifold.network_input(features), style.manifold
     if kernels is not None:
@@ -66,43 +78,56 @@ def stylise(features, style, *, projected=True, stylist=None, kernels=None):
 
 
 def project_features(features, manifold, *, stylist=None, kernels=None):
-    """P(X) = L+(L(X)) of features on the model's scale, the mean over both ways of taking frames in pairs.   (T, 66)  ->  (T, 66)
+    """P(X) = L+(L(X)) of features on the model's scale, the mean over both ways of taking frames in
+    pairs.   (T, 66)  ->  (T, 66)
 
-    The pooling takes frames 0 and 1 together, or 1 and 2: what P puts out has a step between pairs, at other frames each time, and half
-    of it is gone in the mean. On motion that is smoother than recordings are it halves the jerk that P adds.
+    The pooling takes frames 0 and 1 together, or 1 and 2: what P puts out has a step between pairs,
+    at other frames each time, and half of it is gone in the mean. On motion that is smoother than
+    recordings are it halves the jerk that P adds.
     """
     X = manifold.network_input(features)
 
     def P(X):
-        return project(X, manifold.params, kernels=kernels) if kernels is not None else (stylist or manifold.stylist).project(X)
+        return project(X, manifold.params, kernels=kernels) if kernels is not None else (
+            stylist or manifold.stylist).project(X)
     return manifold.motion((P(X) + P(np.concatenate([X[:, :, :1], X], axis=2))[:, :, 1:]) / 2)
 
 
-def transfer(take, style, *, projected=True, clean=True, own_pace=False, stylist=None, kernels=None):
-    """Stylise a take.   Take, Style  ->  Stylised.   clean : see `onto_skeleton`;  stylist, kernels : as in `stylise`
+def transfer(take, style, *, projected=True, clean=True, own_pace=False, stylist=None,
+             kernels=None):
+    """Stylise a take.   Take, Style  ->  Stylised.
+    clean : see `onto_skeleton`;  stylist, kernels : as in `stylise`
 
-    The character is brought to the model's size and back, and starts where and as the content starts. Its root keeps the velocities of
-    T(I), which equation 9 holds to the content's; the projection would lead the path astray (see the README's deviations). Where T leads
-    it astray itself (`ASTRAY`), as with contents of other speeds than it has learnt, the content's path is kept, unless `clean` is False.
-    own_pace : walk the path as fast as the feet step (`footing.pace`), so that an old man's short steps need not become long ones.
+    The character is brought to the model's size and back, and starts where and as the content
+    starts. Its root keeps the velocities of T(I), which equation 9 holds to the content's; the
+    projection would lead the path astray (see the README's deviations). Where T leads it astray
+    itself (`ASTRAY`), as with contents of other speeds than it has learnt, the content's path is
+    kept, unless `clean` is False.
+    own_pace : walk the path as fast as the feet step (`footing.pace`), so that an old man's short
+    steps need not become long ones.
     """
     leg, manifold = take.leg, style.manifold
     content = to_scale(take.features, leg, manifold.leg)
     transformed = stylise(content, style, projected=False, stylist=stylist, kernels=kernels)
-    moved = project_features(transformed, manifold, stylist=stylist, kernels=kernels) if projected else transformed.copy()
-    astray, way = path_error(transformed, content)[0] / manifold.leg, path_length(content) / manifold.leg
+    moved = project_features(transformed, manifold, stylist=stylist,
+                             kernels=kernels) if projected else transformed.copy()
+    astray, way = path_error(transformed,
+                             content)[0] / manifold.leg, path_length(content) / manifold.leg
     kept = clean and astray > ASTRAY[0] * way + ASTRAY[1]
     moved[:, VELOCITIES] = (content if kept else transformed)[:, VELOCITIES]
     if own_pace:
         moved[:, TRANSLATION] *= pace(moved, take.contacts)
     strangeness = style.known.strangeness(content) if style.known else float("nan")
-    return replace(onto_skeleton(take, to_scale(moved, manifold.leg, leg), clean=clean), astray=astray, way=way, kept=bool(kept), strangeness=strangeness)
+    return replace(onto_skeleton(take, to_scale(moved, manifold.leg, leg), clean=clean),
+                   astray=astray, way=way, kept=bool(kept), strangeness=strangeness)
 
 
 def onto_skeleton(take, features, *, clean=True):
-    """Features in the take's unit as a clip on the take's skeleton, which begins where the take begins.
+    """Features in the take's unit as a clip on the take's skeleton, which begins where the take
+    begins.
 
-    clean : lock the feet where the content's are planted (`motion.foot_ik`);  take : Take, features : (T, 66)   ->  Stylised
+    clean : lock the feet where the content's are planted (`motion.foot_ik`);  take : Take,
+    features : (T, 66)   ->  Stylised
     """
     pose = fit_pose(take, decode(features, take.start))
     if clean:

@@ -1,4 +1,6 @@
-"""What a clip is: joints, channels and a table of numbers, nothing lost of the BVH file it came from."""
+"""What a clip is: joints, channels and a table of numbers, nothing lost of the BVH file it came
+from.
+"""
 
 from dataclasses import dataclass, field
 
@@ -9,14 +11,17 @@ ROTATION_CHANNELS = ("Xrotation", "Yrotation", "Zrotation")
 
 
 class BVHError(ValueError):
-    """A file that is not the BVH it should be; the message names file and line, what was found and what was needed."""
+    """A file that is not the BVH it should be; the message names file and line, what was found and
+    what was needed.
+    """
 
 
 @dataclass(frozen=True)
 class Joint:
     """One joint of the hierarchy.
 
-    parent : index of the parent joint, -1 for the root;  offset : (x, y, z) from the parent in the file's length unit;
+    parent : index of the parent joint, -1 for the root;  offset : (x, y, z) from the parent in the
+    file's length unit;
     channels : names in file order;  end_site : (x, y, z) of the End Site below this joint, or None.
     """
 
@@ -34,7 +39,8 @@ class Joint:
 
 @dataclass(frozen=True)
 class Clip:
-    """The content of a BVH file, nothing lost: joints in file order, seconds a frame, and the raw channel values.
+    """The content of a BVH file, nothing lost: joints in file order, seconds a frame, and the raw
+    channel values.
 
     values : (frames, channels) float64, degrees and length units as in the file.
     """
@@ -57,6 +63,8 @@ class Clip:
 
     @property
     def fps(self):
-        """Frames a second. Files round 1/30 to 0.0333333; a rate within 0.01 % of a whole number is taken as that number."""
+        """Frames a second. Files round 1/30 to 0.0333333; a rate within 0.01 % of a whole number is
+        taken as that number.
+        """
         rate = 1.0 / self.frame_time
         return float(round(rate)) if abs(rate - round(rate)) < 1e-4 * rate else rate

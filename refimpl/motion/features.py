@@ -7,9 +7,10 @@ r"""The 66 numbers a frame of Holden et al. 2017, section 3.1, and the way back 
 | `FORWARD`   | 64      | velocity of the root along the character's z of the next frame             | length/frame   |
 | `SIDEWAYS`  | 65      | velocity of the root along the character's x of the next frame             | length/frame   |
 
-Frame t's velocities lead from frame t to t + 1: first the turn, then the step, which is seen from where the turn leads, as in the 2016
-authors' code. Equation 7 adds omega x p[t], which is right to first order for a step seen from there; for one seen from frame t it would
-have to be omega x p[t+1]. The last row repeats the velocities of the row before.
+Frame t's velocities lead from frame t to t + 1: first the turn, then the step, which is seen from
+where the turn leads, as in the 2016 authors' code. Equation 7 adds omega x p[t], which is right to
+first order for a step seen from there; for one seen from frame t it would have to be omega x
+p[t+1]. The last row repeats the velocities of the row before.
 """
 
 from dataclasses import dataclass
@@ -29,13 +30,17 @@ TRANSLATION = slice(FORWARD, SIDEWAYS + 1)
 FEATURES = SIDEWAYS + 1
 
 FPS = 60.0
-ROOT_SIGMA, FACING_SIGMA = 3.0, 20.0                     # frames, of the Gaussians that smooth the root's path and the facing
-FLOOR_SOFTNESS = 0.01                                    # of the leg's length: how near to the lowest a frame must be to count
+# frames, of the Gaussians that smooth the root's path and the facing
+ROOT_SIGMA, FACING_SIGMA = 3.0, 20.0
+# of the leg's length: how near to the lowest a frame must be to count
+FLOOR_SOFTNESS = 0.01
 
 
 @dataclass(frozen=True)
 class Start:
-    """What the 66 numbers leave out: where the character stands at frame 0, its yaw there, and the floor's height."""
+    """What the 66 numbers leave out: where the character stands at frame 0, its yaw there, and the
+    floor's height.
+    """
 
     x: float = 0.0
     z: float = 0.0
@@ -44,23 +49,30 @@ class Start:
 
 
 def leg_length(positions):
-    """Thigh plus shin, the median over frames and both legs: the size of a character.   (T, 21, 3)  ->  float"""
-    thigh_and_shin = [np.linalg.norm(positions[:, knee] - positions[:, hip], axis=-1)
-                      + np.linalg.norm(positions[:, heel] - positions[:, knee], axis=-1) for hip, knee, heel, _ in LEGS]
+    """Thigh plus shin, the median over frames and both legs: the size of a character.
+    (T, 21, 3)  ->  float
+    """
+    thigh_and_shin = [
+        np.linalg.norm(positions[:, knee] - positions[:, hip], axis=-1)
+        + np.linalg.norm(positions[:, heel] - positions[:, knee], axis=-1)
+        for hip, knee, heel, _ in LEGS]
     return float(np.median(thigh_and_shin))
 
 
-LEG_RANGE = (1e-6, 1e6)                                           # lengths of a leg that a body may have, in whatever unit
+# lengths of a leg that a body may have, in whatever unit
+LEG_RANGE = (1e-6, 1e6)
 
 
 def floor_height(positions):
-    r"""Soft minimum over time of the lowest foot joint's height h: a mean of the heights that are close to the lowest one,
+    r"""Soft minimum over time of the lowest foot joint's height h: a mean of the heights that are
+    close to the lowest one,
 
         floor = sum_t w_t h_t / sum_t w_t,    w_t = exp(-(h_t - min h) / s),    s = 1 % of the leg's length
 
-    A frame that lies lower than the rest by 1 % of a leg or less moves it little; one that lies lower by more takes the floor with
-    it, whatever the others say (a rest pose as first row, a stumble of the capture). It does not depend on the unit or the clip's
-    length (the 2016 code's form, min - log(1/2 + exp(min - max)) of the lower toe, depends on the unit).
+    A frame that lies lower than the rest by 1 % of a leg or less moves it little; one that lies
+    lower by more takes the floor with it, whatever the others say (a rest pose as first row, a
+    stumble of the capture). It does not depend on the unit or the clip's length (the 2016 code's
+    form, min - log(1/2 + exp(min - max)) of the lower toe, depends on the unit).
 
     positions : (T, 21, 3), y up  ->  float
     """
@@ -71,7 +83,8 @@ def floor_height(positions):
 
 def root_path(positions):
     """The hips on the floor plane, smoothed over time.   (T, 21, 3)  ->  (T, 2): x and z"""
-    return gaussian_filter1d(positions[:, SLOT["Hips"]][:, [0, 2]], ROOT_SIGMA, axis=0, mode="nearest")
+    return gaussian_filter1d(positions[:, SLOT["Hips"]][:, [0, 2]], ROOT_SIGMA, axis=0,
+                             mode="nearest")
 
 
 def facing(positions):
@@ -79,7 +92,8 @@ def facing(positions):
 
         across = (left shoulder - right shoulder) + (left hip - right hip),    forward = across x up
 
-    smoothed over time (a sway of the shoulders is not a turn) and normalised again.   (T, 21, 3)  ->  (T, 2): x and z
+    smoothed over time (a sway of the shoulders is not a turn) and normalised again.
+    (T, 21, 3)  ->  (T, 2): x and z
     """
     across = (positions[:, SLOT["LeftArm"]] - positions[:, SLOT["RightArm"]]
               + positions[:, SLOT["LeftUpLeg"]] - positions[:, SLOT["RightUpLeg"]])
@@ -94,23 +108,31 @@ def encode(positions, floor=None):
 
         p_j^local = Y(-yaw) (p_j - root),   v_r[t] = Y(-yaw[t+1]) (root[t+1] - root[t]),   turn = yaw[t+1] - yaw[t]
 
-    positions : (T, 21, 3), y up, any unit;  floor : its height, found by `floor_height` unless given
-    ->  features (T, 66), Start.   Raises ValueError on a wrong shape or on values that are not finite.
+    positions : (T, 21, 3), y up, any unit;  floor : its height, found by `floor_height` unless
+    given
+    ->  features (T, 66), Start.
+    Raises ValueError on a wrong shape or on values that are not finite.
     """
     positions = np.asarray(positions, dtype=float)
     if positions.ndim != 3 or positions.shape[1:] != (JOINTS, 3) or not len(positions):
-        raise ValueError(f"positions: found shape {positions.shape}, needed (frames, {JOINTS}, 3) with at least one frame")
+        raise ValueError(
+            f"positions: found shape {positions.shape}, needed (frames, {JOINTS}, 3) with at least "
+            "one frame")
     if not np.isfinite(positions).all():
         frame = int(np.argwhere(~np.isfinite(positions))[0, 0])
-        raise ValueError(f"positions: found a value that is not finite in frame {frame}, needed finite world positions")
+        raise ValueError(
+            f"positions: found a value that is not finite in frame {frame}, needed finite world "
+            "positions")
     floor = floor_height(positions) if floor is None else float(floor)
     root, forward = root_path(positions), facing(positions)
     yaw = np.arctan2(forward[:, 0], forward[:, 1])
 
     to_local = yaw_rotation(-yaw)                                                        # (T, 3, 3)
     origin = np.stack([root[:, 0], np.full(len(root), floor), root[:, 1]], axis=1)       # (T, 3)
-    local = (positions - origin[:, None]) @ to_local.swapaxes(1, 2)                      # (T, 21, 3)
-    velocity = np.diff(origin, axis=0)[:, None] @ to_local[1:].swapaxes(1, 2)            # (T-1, 1, 3)
+    # (T, 21, 3)
+    local = (positions - origin[:, None]) @ to_local.swapaxes(1, 2)
+    # (T-1, 1, 3)
+    velocity = np.diff(origin, axis=0)[:, None] @ to_local[1:].swapaxes(1, 2)
     turn = (np.diff(yaw) + np.pi) % (2 * np.pi) - np.pi                                  # (T-1,)
 
     features = np.zeros((len(positions), FEATURES))
@@ -123,7 +145,8 @@ def encode(positions, floor=None):
 
 
 def root_motion(features, start=Start()):
-    r"""Integrate the velocities:  yaw[t+1] = yaw[t] + turn[t],  root[t+1] = root[t] + Y(yaw[t+1]) v_r[t]
+    r"""Integrate the velocities:  yaw[t+1] = yaw[t] + turn[t],  root[t+1] = root[t] + Y(yaw[t+1])
+    v_r[t]
 
     features : (T, 66)  ->  root (T, 3) on the floor, yaw (T,)
     """
@@ -145,14 +168,17 @@ def decode(features, start=Start()):
 
 
 def scale(features, factor):
-    """The same motion of a character `factor` times as large; turning stays.   (T, 66)  ->  (T, 66)"""
+    """The same motion of a character `factor` times as large; turning stays.   (T, 66)  ->  (T, 66)
+    """
     scaled = features * factor
     scaled[:, TURN] = features[:, TURN]
     return scaled
 
 
 def path_error(features, content):
-    """How far the two root paths are apart when both begin alike: mean and largest distance over the frames, in their unit."""
+    """How far the two root paths are apart when both begin alike: mean and largest distance over
+    the frames, in their unit.
+    """
     roots = [root_motion(f)[0][:, [0, 2]] for f in (features, content)]
     distance = np.linalg.norm(roots[0] - roots[1], axis=1)
     return float(distance.mean()), float(distance.max())

@@ -1,13 +1,16 @@
-r"""The clean-up that the paper leaves to "a fast post process": planted feet stay where they are, and no bone changes its length.
+r"""The clean-up that the paper leaves to "a fast post process": planted feet stay where they are,
+and no bone changes its length.
 
-1. Every stretch of frames in which an ankle or a toe is planted gets one point to stay at (`locks`); an ankle's and a toe's that
-   meet are as far apart as the foot is long.
-2. The feet go there and, before and after, blend back into what they did (`foot_targets`); no free foot's toe
-   goes below the floor (under a locked heel it may: nothing lifts it there).
+1. Every stretch of frames in which an ankle or a toe is planted gets one point to stay at
+   (`locks`); an ankle's and a toe's that meet are as far apart as the foot is long.
+2. The feet go there and, before and after, blend back into what they did (`foot_targets`); no free
+   foot's toe goes below the floor (under a locked heel it may: nothing lifts it there).
 3. Where a leg is too short, the whole body sinks, ahead of time and smoothly (`sink`).
-4. Thigh and shin reach the ankle by the law of cosines, the knee on the side where it was (`two_bone`).
+4. Thigh and shin reach the ankle by the law of cosines, the knee on the side where it was
+   (`two_bone`).
 
-All lengths are in the unit of the positions, y is up. A label at frame t covers the step from t to t + 1, as in `prepare.foot_contacts`.
+All lengths are in the unit of the positions, y is up. A label at frame t covers the step from t to
+t + 1, as in `prepare.foot_contacts`.
 """
 
 import numpy as np
@@ -17,28 +20,39 @@ from .footing import checked_contacts, checked_positions
 from .joints import LEGS
 from .rotation import shortest_rotation
 
-BLEND = 8                                                    # frames before and after a lock in which a foot finds its way: 0.13 s
-DEEPEST = 0.12                                               # of thigh + shin: farther the body does not sink; a foot locked too far away slides instead
-REACH = 0.9995                                               # of thigh + shin: a leg that the clean-up moves keeps its knee from locking
+# frames before and after a lock in which a foot finds its way: 0.13 s
+BLEND = 8
+# of thigh + shin: farther the body does not sink; a foot locked too far away slides instead
+DEEPEST = 0.12
+# of thigh + shin: a leg that the clean-up moves keeps its knee from locking
+REACH = 0.9995
 
 
 def plant(positions, contacts, floor=0.0, *, blend=BLEND):
-    """Lock planted feet. Every bone below the hips keeps its length in every frame; nothing else moves, except down with the hips.
+    """Lock planted feet. Every bone below the hips keeps its length in every frame; nothing else
+    moves, except down with the hips.
 
-    positions : (T, 21, 3);  contacts : (T, 4) in the order of `joints.FEET`;  floor : height of a resting toe joint;  blend : frames
-    ->  (T, 21, 3).   Raises ValueError.   A foot out of reach even of a body that sinks stops short of its point.
+    positions : (T, 21, 3);  contacts : (T, 4) in the order of `joints.FEET`;  floor : height of a
+    resting toe joint;  blend : frames
+    ->  (T, 21, 3).   Raises ValueError.
+    A foot out of reach even of a body that sinks stops short of its point.
     """
     raw = checked_positions(positions)
     contacts, blend = checked_contacts(contacts, len(raw)), _checked_blend(blend)
-    feet = [foot_targets(raw[:, ankle], raw[:, toe], contacts[:, 2 * n:2 * n + 2], floor, blend) for n, (_, _, ankle, toe) in enumerate(LEGS)]
+    feet = [
+        foot_targets(raw[:, ankle], raw[:, toe], contacts[:, 2 * n:2 * n + 2], floor, blend)
+        for n, (_, _, ankle, toe) in enumerate(LEGS)]
     planted = raw.copy()
     planted[..., 1] -= sink(raw, [ankle for ankle, _ in feet], blend)[:, None]
     for (hip, knee, ankle, toe), (goal, foot) in zip(LEGS, feet):
-        thigh, shin = (np.linalg.norm(raw[:, a] - raw[:, b], axis=1) for a, b in ((knee, hip), (ankle, knee)))
+        thigh, shin = (np.linalg.norm(raw[:, a] - raw[:, b], axis=1)
+                       for a, b in ((knee, hip), (ankle, knee)))
         planted[:, ankle] = _within(planted[:, hip], goal, *_limits(raw, hip, knee, ankle))
         old = raw[:, ankle] - raw[:, hip]
-        bend = shortest_rotation(old, planted[:, ankle] - planted[:, hip]) @ (raw[:, knee] - raw[:, hip])[..., None]
-        planted[:, knee] = two_bone(planted[:, hip], planted[:, ankle], thigh, shin, bend[..., 0] + 1e-6 * foot)
+        bend = shortest_rotation(
+            old, planted[:, ankle] - planted[:, hip]) @ (raw[:, knee] - raw[:, hip])[..., None]
+        planted[:, knee] = two_bone(planted[:, hip], planted[:, ankle], thigh, shin,
+                                    bend[..., 0] + 1e-6 * foot)
         planted[:, toe] = planted[:, ankle] + foot
     return planted
 
@@ -54,7 +68,8 @@ def two_bone(hip, ankle, thigh, shin, bend):
     along = ankle - hip
     d = np.linalg.norm(along, axis=-1)
     u = along / np.maximum(d, np.finfo(float).tiny)[..., None]
-    a = np.clip((thigh ** 2 - shin ** 2 + d ** 2) / np.maximum(2 * d, np.finfo(float).tiny), -thigh, thigh)
+    a = np.clip((thigh**2 - shin**2 + d**2) / np.maximum(2 * d,
+                                                         np.finfo(float).tiny), -thigh, thigh)
     n = bend - np.sum(bend * u, axis=-1, keepdims=True) * u
     size = np.linalg.norm(n, axis=-1, keepdims=True)
     n = np.where(size > 0, n / np.where(size > 0, size, 1.0), _any_normal(u))
@@ -69,8 +84,10 @@ def foot_targets(ankle, toe, contacts, floor, blend=BLEND):
     long = np.linalg.norm(toe - ankle, axis=1)
     points = locks(ankle, toe, contacts, floor, blend)
     held = [~np.isnan(p[:, 0]) for p in points]
-    foot = _as_long(toe - ankle + faded(points[1] - points[0] - (toe - ankle), held[0] & held[1], blend), long)
-    goal = np.where(held[0][:, None], points[0], np.where(held[1][:, None], points[1] - foot, np.nan))
+    foot = _as_long(
+        toe - ankle + faded(points[1] - points[0] - (toe - ankle), held[0] & held[1], blend), long)
+    goal = np.where(held[0][:, None], points[0], np.where(held[1][:, None], points[1] - foot,
+                                                          np.nan))
     goal = ankle + faded(goal - ankle, held[0] | held[1], blend)
     depth = np.maximum(0.0, floor - np.minimum(goal[:, 1], goal[:, 1] + foot[:, 1]))
     goal[:, 1] += np.where(held[0] | held[1], 0.0, depth)
@@ -78,14 +95,17 @@ def foot_targets(ankle, toe, contacts, floor, blend=BLEND):
 
 
 def locks(ankle, toe, contacts, floor, blend=BLEND):
-    """One point for each stretch of planted frames, NaN elsewhere: the mean of where the joint was, a toe at the height of the floor.
+    """One point for each stretch of planted frames, NaN elsewhere: the mean of where the joint was,
+    a toe at the height of the floor.
 
-    A stretch of labels a..b locks frames a..b + 1. One that begins while the foot's other joint is locked, or up to `blend` frames later (that one then
-    holds until there), gets the point nearest to its own mean at the foot's length from the other's.   ->  (T, 3), (T, 3)
+    A stretch of labels a..b locks frames a..b + 1. One that begins while the foot's other joint is
+    locked, or up to `blend` frames later (that one then holds until there), gets the point nearest
+    to its own mean at the foot's length from the other's.   ->  (T, 3), (T, 3)
     """
     T, raw, points = len(ankle), (ankle, toe), np.full((2, len(ankle), 3), np.nan)
     length, last = float(np.median(np.linalg.norm(toe - ankle, axis=1))), None
-    for begin, end, which in sorted((*run, which) for which in (0, 1) for run in stretches(contacts[:, which])):
+    for begin, end, which in sorted(
+        (*run, which) for which in (0, 1) for run in stretches(contacts[:, which])):
         end = min(end + 1, T)
         point = raw[which][begin:end].mean(axis=0)
         point[1] = floor if which else max(point[1], floor)
@@ -106,14 +126,16 @@ def stretches(labels):
 
 
 def faded(values, known, frames):
-    r"""Values where they are known; elsewhere the neighbours' on both sides, fading to 0 within `frames` by 1 - 3 x^2 + 2 x^3; across a shorter
-    gap the two weights add up to 1.   (T, D), (T,) bool  ->  (T, D)"""
+    r"""Values where they are known; elsewhere the neighbours' on both sides, fading to 0 within
+    `frames` by 1 - 3 x^2 + 2 x^3; across a shorter gap the two weights add up to 1.
+    (T, D), (T,) bool  ->  (T, D)"""
     at = np.flatnonzero(known)
     out = np.where(known[:, None], values, 0.0)
     if not len(at):
         return out
     t = np.arange(len(known))
-    after = np.searchsorted(at, t)                               # the first known frame at or after t
+    # the first known frame at or after t
+    after = np.searchsorted(at, t)
     before = at[np.maximum(after - 1, 0)]
     next_ = at[np.minimum(after, len(at) - 1)]
     gap = np.where((after > 0) & (after < len(at)), next_ - before, frames + 1)
@@ -126,7 +148,8 @@ def faded(values, known, frames):
 
 
 def sink(raw, ankles, blend=BLEND):
-    """How far the body goes down so that both legs reach, as far as going down helps: the largest need nearby, its running mean; never beyond `DEEPEST`.
+    """How far the body goes down so that both legs reach, as far as going down helps: the largest
+    need nearby, its running mean; never beyond `DEEPEST`.
 
     raw : (T, 21, 3);  ankles : where the two shall be, (T, 3) each   ->  (T,) >= 0
     """
@@ -138,13 +161,19 @@ def sink(raw, ankles, blend=BLEND):
         need = np.maximum(need, -across[:, 1] - down)
         deepest = min(deepest, DEEPEST * float(far.max()))
     need = np.minimum(need, deepest)
-    return uniform_filter1d(maximum_filter1d(need, 2 * blend + 1, mode="nearest"), 2 * blend + 1, mode="nearest")
+    return uniform_filter1d(maximum_filter1d(need, 2 * blend + 1, mode="nearest"), 2 * blend + 1,
+                            mode="nearest")
 
 
 def _limits(raw, hip, knee, ankle):
-    """Nearest and farthest that the ankle may be from the hip; what a leg did before it may do again.   ->  (T,), (T,)"""
-    thigh, shin, d = (np.linalg.norm(raw[:, a] - raw[:, b], axis=1) for a, b in ((knee, hip), (ankle, knee), (ankle, hip)))
-    return np.minimum(d, np.abs(thigh - shin) + (1 - REACH) * (thigh + shin)), np.maximum(d, REACH * (thigh + shin))
+    """Nearest and farthest that the ankle may be from the hip; what a leg did before it may do
+    again.   ->  (T,), (T,)
+    """
+    thigh, shin, d = (np.linalg.norm(raw[:, a] - raw[:, b], axis=1)
+                      for a, b in ((knee, hip), (ankle, knee), (ankle, hip)))
+    return np.minimum(d,
+                      np.abs(thigh - shin) + (1 - REACH) *
+                      (thigh + shin)), np.maximum(d, REACH * (thigh + shin))
 
 
 def _within(centre, point, near, far):
@@ -156,7 +185,9 @@ def _within(centre, point, near, far):
 
 
 def _at_distance(centre, point, length, floor):
-    """The point at this distance from the centre that keeps the point's height, as far as it can, and its direction."""
+    """The point at this distance from the centre that keeps the point's height, as far as it can,
+    and its direction.
+    """
     rise = np.clip(max(point[1], floor) - centre[1], -0.999 * length, 0.999 * length)
     level = (point - centre)[[0, 2]]
     size = np.linalg.norm(level)

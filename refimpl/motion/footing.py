@@ -1,6 +1,8 @@
-"""How well feet stand: do planted ones slide, do any sink into the floor, does a clean-up make them pop?
+"""How well feet stand: do planted ones slide, do any sink into the floor, does a clean-up make them
+pop?
 
-All lengths are in the unit of the positions. A label at frame t covers the step from t to t + 1, as in `prepare.foot_contacts` and equation 7.
+All lengths are in the unit of the positions. A label at frame t covers the step from t to t + 1, as
+in `prepare.foot_contacts` and equation 7.
 """
 
 import numpy as np
@@ -10,13 +12,19 @@ from .joints import FEET, JOINTS
 
 
 def checked_positions(positions, name="positions"):
-    """As a float array; ValueError on a wrong shape or on values that are not finite.   ->  (T, 21, 3)"""
+    """As a float array; ValueError on a wrong shape or on values that are not finite.
+    ->  (T, 21, 3)
+    """
     positions = np.asarray(positions, dtype=float)
     if positions.ndim != 3 or positions.shape[1:] != (JOINTS, 3) or not len(positions):
-        raise ValueError(f"{name}: found shape {positions.shape}, needed (frames, {JOINTS}, 3) with at least one frame")
+        raise ValueError(
+            f"{name}: found shape {positions.shape}, needed (frames, {JOINTS}, 3) with at least "
+            "one frame")
     if not np.isfinite(positions).all():
         frame, joint = np.argwhere(~np.isfinite(positions))[0, :2]
-        raise ValueError(f"{name}: found {positions[frame, joint]} in frame {frame}, joint {joint}, needed finite positions")
+        raise ValueError(
+            f"{name}: found {positions[frame, joint]} in frame {frame}, joint {joint}, needed "
+            "finite positions")
     return positions
 
 
@@ -24,10 +32,14 @@ def checked_contacts(contacts, frames):
     """As bools; ValueError on a wrong shape or on labels other than 0 and 1.   ->  (T, 4) bool"""
     contacts = np.asarray(contacts)
     if contacts.shape != (frames, len(FEET)):
-        raise ValueError(f"contacts: found shape {contacts.shape}, needed ({frames}, {len(FEET)}): one row a frame, left heel, left toe, "
-                         "right heel, right toe")
+        raise ValueError(
+            f"contacts: found shape {contacts.shape}, needed ({frames}, {len(FEET)}): one row a "
+            "frame, left heel, left toe, "
+            "right heel, right toe")
     if not np.isin(contacts, (0, 1)).all():
-        raise ValueError(f"contacts: found {contacts[~np.isin(contacts, (0, 1))][0]}, needed labels 0 and 1 (False and True)")
+        raise ValueError(
+            f"contacts: found {contacts[~np.isin(contacts, (0, 1))][0]}, needed labels 0 and 1 "
+            "(False and True)")
     return contacts.astype(bool)
 
 
@@ -36,11 +48,13 @@ def foot_skate(positions, contacts, *, fps=60.0):
 
         skate = fps * mean over planted (t, j) of |(x, z)_j[t+1] - (x, z)_j[t]|
 
-    positions : (T, 21, 3) in the world, y up;  contacts : (T, 4) in the order of `joints.FEET`   ->  length / s; nan when nothing is planted
+    positions : (T, 21, 3) in the world, y up;  contacts : (T, 4) in the order of `joints.FEET`
+    ->  length / s; nan when nothing is planted
     """
     positions = checked_positions(positions)
     planted = checked_contacts(contacts, len(positions))[:-1]
-    speed = fps * np.linalg.norm(np.diff(positions[:, FEET][..., [0, 2]], axis=0), axis=-1)          # (T-1, 4)
+    # (T-1, 4)
+    speed = fps * np.linalg.norm(np.diff(positions[:, FEET][..., [0, 2]], axis=0), axis=-1)
     return float(speed[planted].mean()) if planted.any() else float("nan")
 
 
@@ -49,14 +63,17 @@ def floor_penetration(positions, floor=0.0, *, heel_height=0.0, toe_height=0.0):
 
         depth[t] = max(0, max over j of floor + rest_j - y_j[t])
 
-    A joint rests above the sole. `features.floor_height` (`take.start.floor`) is already the height of a resting toe joint, so that the
-    heights to add are 0 (a heel joint must not sink below resting toes either); with the true floor of a skeleton give its own (4.25 and
-    11.74 cm on the Bandai skeleton).
+    A joint rests above the sole. `features.floor_height` (`take.start.floor`) is already the height
+    of a resting toe joint, so that the heights to add are 0 (a heel joint must not sink below
+    resting toes either); with the true floor of a skeleton give its own (4.25 and 11.74 cm on the
+    Bandai skeleton).
 
-    positions : (T, 21, 3), y up;  floor : its y;  heel_height, toe_height : of the resting joints above it
+    positions : (T, 21, 3), y up;  floor : its y;  heel_height, toe_height : of the resting joints
+    above it
     ->  mean over the frames, largest
     """
-    heights = checked_positions(positions)[:, FEET, 1] - (floor + np.array([heel_height, toe_height] * 2))
+    heights = checked_positions(positions)[:, FEET,
+                                           1] - (floor + np.array([heel_height, toe_height] * 2))
     depth = np.maximum(0.0, -heights).max(axis=1)
     return float(depth.mean()), float(depth.max())
 
@@ -64,28 +81,35 @@ def floor_penetration(positions, floor=0.0, *, heel_height=0.0, toe_height=0.0):
 def jerk(positions, joints=FEET, *, fps=60.0, recorded=None):
     """Root of the mean square third difference of some joints, the mark of a motion that pops.
 
-    positions : (T, 21, 3);  fps : frames a second;  recorded : the rate that the motion was recorded at, where it is lower: then frames of
-    that rate are taken, for between them the motion was made up, and what was made up has the jerk of the curve that made it
+    positions : (T, 21, 3);  fps : frames a second;  recorded : the rate that the motion was
+    recorded at, where it is lower: then frames of that rate are taken, for between them the motion
+    was made up, and what was made up has the jerk of the curve that made it
     ->  length / s^3, nan below 4 frames
     """
     every = max(1, round(fps / recorded)) if recorded else 1
-    third = np.diff(checked_positions(positions)[::every, list(joints)], n=3, axis=0) * (fps / every) ** 3
+    third = np.diff(checked_positions(positions)[::every, list(joints)], n=3,
+                    axis=0) * (fps / every)**3
     return float(np.sqrt(np.mean(np.sum(third ** 2, axis=-1)))) if len(third) else float("nan")
 
 
 def pace(features, contacts):
-    r"""How fast a motion should move on so that its planted feet slide least: the factor k of its root's velocity in
+    r"""How fast a motion should move on so that its planted feet slide least: the factor k of its
+    root's velocity in
 
         minimise  sum over planted (t, j) of || k v_r + u_j ||^2,   u_j = omega x p_j + p_j[t+1] - p_j[t]     =>     k = - sum v_r . u / sum v_r . v_r
 
-    features : (T, 66), contacts : (T, 4)  ->  k, 1 where nothing is planted or moves on, and never below 0
+    features : (T, 66), contacts : (T, 4)  ->  k, 1 where nothing is planted or moves on, and never
+    below 0
     """
     if features.shape[1:] != (FEATURES,):
         raise ValueError(f"features: found shape {features.shape}, needed (frames, {FEATURES})")
     planted = checked_contacts(contacts, len(features))[:-1]
     p = features[:, POSITIONS].reshape(len(features), JOINTS, 3)[:, FEET]
     turn = features[:-1, TURN, None]
-    u = np.diff(p, axis=0)[..., [0, 2]] + np.stack([turn * p[:-1, :, 2], -turn * p[:-1, :, 0]], axis=-1)     # (T-1, 4, 2)
+    # (T-1, 4, 2)
+    u = np.diff(p, axis=0)[..., [0, 2]] + np.stack([turn * p[:-1, :, 2], -turn * p[:-1, :, 0]],
+                                                   axis=-1)
     v = features[:-1, None, [SIDEWAYS, FORWARD]]
     moving = float(np.sum(planted * np.sum(v * v, axis=-1)))
-    return max(0.0, -float(np.sum(planted * np.sum(v * u, axis=-1))) / moving) if moving > 0 else 1.0
+    return max(0.0, -float(np.sum(planted * np.sum(v * u, axis=-1)))
+               / moving) if moving > 0 else 1.0

@@ -1,4 +1,6 @@
-r"""What training needs beside the 66 numbers: foot contacts, windows of equal length, and a normaliser."""
+r"""What training needs beside the 66 numbers: foot contacts, windows of equal length, and a
+normaliser.
+"""
 
 from dataclasses import dataclass
 
@@ -7,10 +9,12 @@ import numpy as np
 from .features import FEATURES, POSITIONS, TRANSLATION, TURN, VELOCITIES, floor_height, leg_length
 from .joints import FEET, JOINTS
 
-WINDOW, STEP = 240, 120                                  # frames at 60 a second (section 3.1: 240, overlapping)
+# frames at 60 a second (section 3.1: 240, overlapping)
+WINDOW, STEP = 240, 120
 
-# A foot is planted while it is slow and low. In leg lengths (thigh + shin = 80.07 cm on the clips where these were measured:
-# squared speed below 1.5 cm^2 / frame^2, ankle below 11 cm, ball of the foot below 3 cm, above the lowest resting toe).
+# A foot is planted while it is slow and low. In leg lengths (thigh + shin = 80.07 cm on the clips
+# where these were measured: squared speed below 1.5 cm^2 / frame^2, ankle below 11 cm, ball of the
+# foot below 3 cm, above the lowest resting toe).
 CONTACT_SPEED2 = 1.5 / 80.07 ** 2
 CONTACT_HEIGHTS = np.array([11.0, 3.0, 11.0, 3.0]) / 80.07
 
@@ -20,8 +24,8 @@ def foot_contacts(positions, floor=None):
 
         planted_j[t] = |p_j[t+1] - p_j[t]|^2 < 2.3e-4 leg^2   and   y_j[t] - floor < 0.14 leg (heel), 0.037 leg (toe)
 
-    positions : (T, 21, 3) at 60 frames a second, y up  ->  (T, 4) bool: left heel, left toe, right heel, right toe.
-    The last row repeats the one before.
+    positions : (T, 21, 3) at 60 frames a second, y up  ->  (T, 4) bool: left heel, left toe, right
+    heel, right toe. The last row repeats the one before.
     """
     floor = floor_height(positions) if floor is None else floor
     leg = leg_length(positions)
@@ -35,11 +39,13 @@ def foot_contacts(positions, floor=None):
 
 
 def windows(features, contacts, length=WINDOW, step=STEP):
-    """Cut a clip into windows of one length; pad a shorter one with its first and last frame, standing still.
+    """Cut a clip into windows of one length; pad a shorter one with its first and last frame,
+    standing still.
 
     features : (T, 66), contacts : (T, 4)  ->  (N, length, 66), (N, length, 4)
-    Windows begin every `step` frames; what is left at the end gets one more window that ends with the clip.
-    In the padding the three velocities are zero (**not** repeated: a padded figure stands still).
+    Windows begin every `step` frames; what is left at the end gets one more window that ends with
+    the clip. In the padding the three velocities are zero (**not** repeated: a padded figure stands
+    still).
     """
     frames = len(features)
     if frames < length:
@@ -47,12 +53,14 @@ def windows(features, contacts, length=WINDOW, step=STEP):
         pad = (before, length - frames - before)
         padded = np.pad(features, (pad, (0, 0)), mode="edge")
         padded[:pad[0], VELOCITIES] = 0.0
-        padded[frames + pad[0] - 1:, VELOCITIES] = 0.0   # from the clip's last frame on, which leads into the padding
+        # from the clip's last frame on, which leads into the padding
+        padded[frames + pad[0] - 1:, VELOCITIES] = 0.0
         return padded[None], np.pad(contacts, (pad, (0, 0)), mode="edge")[None]
     starts = list(range(0, frames - length + 1, step))
     if starts[-1] + length < frames:
         starts.append(frames - length)
-    return (np.stack([features[s:s + length] for s in starts]), np.stack([contacts[s:s + length] for s in starts]))
+    return (np.stack([features[s:s + length]
+                      for s in starts]), np.stack([contacts[s:s + length] for s in starts]))
 
 
 @dataclass(frozen=True)
@@ -68,7 +76,8 @@ class Normaliser:
     form: str = "groups"
 
     def apply(self, features):
-        """(features - mean) / deviation.   (..., 66)  ->  (..., 66), in the features' own precision"""
+        """(features - mean) / deviation.   (..., 66)  ->  (..., 66), in the features' own precision
+        """
         return ((features - self.mean) / self.deviation).astype(features.dtype)
 
     def undo(self, normalised):
@@ -80,33 +89,46 @@ FORMS = ("groups", "2016")
 
 
 def fit_normaliser(features, source, *, contacts=None, form="groups"):
-    r"""Mean and deviation over the training frames. Velocities keep a mean of zero, so that standing still stays zero.
+    r"""Mean and deviation over the training frames. Velocities keep a mean of zero, so that
+    standing still stays zero.
 
-    form "groups" : one common deviation for all positions, one for the two translational velocities, one for the turning velocity, so
-    that no joint that hardly moves is blown up. A choice, the paper is silent.
-    form "2016" : the 2016 code's. Positions take the deviation of *all numbers together*, in which the distances between the joints count
-    (with them the reference joint's three zeros, velocities and contacts, 73 rows; feet 0.9 of it); velocities and turning take 0.9 of their own.
-    On the clips at hand 44 cm where "groups" finds 10, so that hidden units are 2.4 times smaller.
+    form "groups" : one common deviation for all positions, one for the two translational
+    velocities, one for the turning velocity, so that no joint that hardly moves is blown up. A
+    choice, the paper is silent. form "2016" : the 2016 code's. Positions take the deviation of *all
+    numbers together*, in which the distances between the joints count (with them the reference
+    joint's three zeros, velocities and contacts, 73 rows; feet 0.9 of it); velocities and turning
+    take 0.9 of their own. On the clips at hand 44 cm where "groups" finds 10, so that hidden units
+    are 2.4 times smaller.
 
-    features : (T, 66), all training frames together;  source : a name for them;  contacts : (T, 4), for "2016"   ->  Normaliser
+    features : (T, 66), all training frames together;  source : a name for them;  contacts : (T, 4),
+    for "2016"   ->  Normaliser
     """
     features = np.asarray(features, dtype=float)
     if features.ndim != 2 or features.shape[1] != FEATURES or len(features) < 2:
-        raise ValueError(f"features: found shape {features.shape}, needed (frames, {FEATURES}) with at least two frames")
+        raise ValueError(
+            f"features: found shape {features.shape}, needed (frames, {FEATURES}) with at least "
+            "two frames")
     if form not in FORMS:
         raise ValueError(f"form: found {form!r}, needed one of {', '.join(FORMS)}")
     if form == "2016" and np.shape(contacts) != (len(features), len(FEET)):
-        raise ValueError(f"contacts: found shape {np.shape(contacts)}, needed ({len(features)}, {len(FEET)}) for the form 2016, one row a frame")
+        raise ValueError(
+            f"contacts: found shape {np.shape(contacts)}, needed ({len(features)}, {len(FEET)}) "
+            "for the form 2016, one row a frame")
     mean, deviation = features.mean(axis=0), features.std(axis=0)
     mean[VELOCITIES] = 0.0
     turn, usual = slice(TURN, TURN + 1), float(deviation.max()) or 1.0
     if form == "groups":
-        common = [(part, np.sqrt(np.mean(deviation[part] ** 2))) for part in (POSITIONS, TRANSLATION, turn)]
+        common = [
+            (part, np.sqrt(np.mean(deviation[part]**2))) for part in (POSITIONS, TRANSLATION, turn)]
     else:
-        rows = np.concatenate([np.zeros((len(features), 3)), features, np.asarray(contacts, dtype=float)], axis=1)
-        common = [(POSITIONS, rows.std()), (TRANSLATION, 0.9 * features[:, TRANSLATION].std()), (turn, 0.9 * deviation[TURN])]
+        rows = np.concatenate(
+            [np.zeros((len(features), 3)), features,
+             np.asarray(contacts, dtype=float)], axis=1)
+        common = [(POSITIONS, rows.std()), (TRANSLATION, 0.9 * features[:, TRANSLATION].std()),
+                  (turn, 0.9 * deviation[TURN])]
     for part, value in common:
-        deviation[part] = value if value > 0 else usual  # data that never turns (or never moves) has no deviation of its own
+        # data that never turns (or never moves) has no deviation of its own
+        deviation[part] = value if value > 0 else usual
     if form == "2016":
         deviation[POSITIONS].reshape(JOINTS, 3)[list(FEET)] *= 0.9
     return Normaliser(mean, deviation, source, form)

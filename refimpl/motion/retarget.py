@@ -1,8 +1,9 @@
 r"""From 21 moved points back to the rotations of the clip's own skeleton.
 
-The network moves points; a BVH file needs rotations of bones that keep their length. From the hips outwards each joint's world rotation
-is turned by the smallest amount that points its bones where the points say, so that twist, fingers and every joint that feeds no slot
-come from the content clip.
+The network moves points; a BVH file needs rotations of bones that keep their length. From the hips
+outwards each joint's world rotation is turned by the smallest amount that points its bones where
+the points say, so that twist, fingers and every joint that feeds no slot come from the content
+clip.
 """
 
 import numpy as np
@@ -19,27 +20,34 @@ def fit_pose(take, targets):
 
     For joint j with world rotation R_j in the content clip, already turned with its parent by A:
 
-    - one child point:  D_j = shortest_rotation(A a, b) A,   a = the bone in the content clip, b = the bone between the targets;
-    - several (hips, chest):  D_j = best_rotation(a_n, b_n), the least-squares rotation of all of them;
+    - one child point:  D_j = shortest_rotation(A a, b) A,
+      a = the bone in the content clip, b = the bone between the targets;
+    - several (hips, chest):  D_j = best_rotation(a_n, b_n), the least-squares rotation of all of
+      them;
     - none (a head, a finger):  D_j = A.
 
-    The new world rotation is D_j R_j. A joint between two slots (a collar bone) points from where it is to the next target.
+    The new world rotation is D_j R_j. A joint between two slots (a collar bone) points from where
+    it is to the next target.
 
-    take : Take, targets : (T, 21, 3) in the take's own unit, y up  ->  rotations (T, J, 3, 3), translations (T, J, 3)
+    take : Take, targets : (T, 21, 3) in the take's own unit, y up  ->  rotations (T, J, 3, 3),
+    translations (T, J, 3)
     """
     parents = take.clip.parents
-    targets = targets @ take.upright                                                     # back into the file's own axes
+    # back into the file's own axes
+    targets = targets @ take.upright
     world_rotations, world = forward_kinematics(parents, take.rotations, take.translations)
     slot_of = _joint_slots(take.mapping)
     goals = _goals(parents, take.mapping, slot_of)
     hips = take.mapping.joints[SLOT["Hips"]]
 
     translations = take.translations.copy()
-    turned, new_rotations, new_world = [None] * len(parents), [None] * len(parents), [None] * len(parents)
+    turned, new_rotations, new_world = [None] * len(parents), [None] * len(parents), [
+        None] * len(parents)
     rotations = take.rotations.copy()
     carrier = _carrier(take.clip, hips)
     for j, parent in enumerate(parents):
-        above = new_rotations[parent] if parent >= 0 else np.broadcast_to(np.eye(3), world_rotations[:, 0].shape)
+        above = new_rotations[parent] if parent >= 0 else np.broadcast_to(
+            np.eye(3), world_rotations[:, 0].shape)
         if j == carrier:
             goal = targets[:, SLOT["Hips"]] - (world[:, hips] - world[:, carrier])
             origin = new_world[parent] if parent >= 0 else 0.0
@@ -49,7 +57,8 @@ def fit_pose(take, targets):
 
         turn = turned[parent] if parent >= 0 else np.broadcast_to(np.eye(3), above.shape)
         if goals[j]:
-            content = _points(take.mapping, world_rotations, world, goals[j]) - world[:, j, None]     # (T, n, 3)
+            # (T, n, 3)
+            content = _points(take.mapping, world_rotations, world, goals[j]) - world[:, j, None]
             start = targets[:, slot_of[j], None] if j in slot_of else new_world[j][:, None]
             wanted = targets[:, goals[j]] - start
             turn = _turn(turn, content, wanted)
@@ -59,7 +68,9 @@ def fit_pose(take, targets):
 
 
 def _turn(turn, content, wanted):
-    """Turn on from the parent's turn: by the shortest rotation for one bone, by the best one for several."""
+    """Turn on from the parent's turn: by the shortest rotation for one bone, by the best one for
+    several.
+    """
     if content.shape[1] == 1:
         bone = (turn @ content[:, 0, :, None])[..., 0]
         return rotation.shortest_rotation(bone, wanted[:, 0]) @ turn
@@ -68,13 +79,17 @@ def _turn(turn, content, wanted):
 
 def _joint_slots(mapping):
     """{file joint: slot} of the joints that are slots themselves (a made-up tip is not)."""
-    return {int(joint): slot for slot, joint in enumerate(mapping.joints) if not mapping.tips[slot].any()}
+    return {
+        int(joint): slot for slot, joint in enumerate(mapping.joints)
+        if not mapping.tips[slot].any()}
 
 
 def _goals(parents, mapping, slot_of):
-    """For each joint of the file the slots that it points at: the nearest ones below it on every branch.
+    """For each joint of the file the slots that it points at: the nearest ones below it on every
+    branch.
 
-    Joints above the hips and beside the 21 slots' tree point at nothing.   ->  list of lists of slots
+    Joints above the hips and beside the 21 slots' tree point at nothing.
+    ->  list of lists of slots
     """
     goals = [[] for _ in parents]
     for slot, parent_slot in enumerate(PARENTS):
@@ -82,7 +97,8 @@ def _goals(parents, mapping, slot_of):
             continue
         base = mapping.joints[parent_slot]
         if mapping.tips[slot].any():
-            goals[mapping.joints[slot]].append(slot)                                     # a tip: its base joint points at it
+            # a tip: its base joint points at it
+            goals[mapping.joints[slot]].append(slot)
             continue
         j = mapping.joints[slot]
         while j != base:
@@ -92,7 +108,9 @@ def _goals(parents, mapping, slot_of):
 
 
 def _nearest(slots):
-    """Drop a slot whose parent slot is in the list as well (a joint above a whole limb points at the limb's root)."""
+    """Drop a slot whose parent slot is in the list as well (a joint above a whole limb points at
+    the limb's root).
+    """
     return [slot for slot in slots if PARENTS[slot] not in slots]
 
 
@@ -103,7 +121,8 @@ def _points(mapping, world_rotations, world, slots):
 
 
 def _carrier(clip, hips):
-    """The joint whose position channels carry the hips: the hips themselves or the nearest joint above that has all three.
+    """The joint whose position channels carry the hips: the hips themselves or the nearest joint
+    above that has all three.
 
     Without any the skeleton stays where it is.
     """
@@ -114,12 +133,14 @@ def _carrier(clip, hips):
 
 
 def carries_hips(take):
-    """Whether some joint of the take's file has the position channels that a path needs.   ->  bool"""
+    """Whether some joint of the take's file has the position channels that a path needs.   ->  bool
+    """
     return _carrier(take.clip, int(take.mapping.joints[SLOT["Hips"]])) >= 0
 
 
 def to_clip(take, targets):
-    """The take's clip with its 21 points moved to the targets, at 60 frames a second: ready for `bvh.write_bvh`.
+    """The take's clip with its 21 points moved to the targets, at 60 frames a second: ready for
+    `bvh.write_bvh`.
 
     take : Take, targets : (T, 21, 3)  ->  Clip on the same joints with T frames
     """
@@ -127,5 +148,8 @@ def to_clip(take, targets):
 
 
 def points(take, rotations, translations):
-    """The 21 points of a pose of the take's skeleton, y up.   (T, J, 3, 3), (T, J, 3)  ->  (T, 21, 3)"""
-    return take.mapping.positions(*forward_kinematics(take.clip.parents, rotations, translations)) @ take.upright.T
+    """The 21 points of a pose of the take's skeleton, y up.
+    (T, J, 3, 3), (T, J, 3)  ->  (T, 21, 3)
+    """
+    return take.mapping.positions(
+        *forward_kinematics(take.clip.parents, rotations, translations)) @ take.upright.T

@@ -1,9 +1,9 @@
 """What is a gradient? Each operation is a pure function `f(x, ...)`, its gradient a pure function
 `f_backward(dy, x, ...)` right below it.
 
-`dy` is the upstream gradient, of the shape of the output; the other arguments are those of `f`; what
-comes back is one gradient for each array. Nothing is modified or remembered. Batches are `(N, C, T)`:
-clips, channels, frames.
+`dy` is the upstream gradient, of the shape of the output; the other arguments are those of `f`;
+what comes back is one gradient for each array. Nothing is modified or remembered. Batches are `(N,
+C, T)`: clips, channels, frames.
 
 - `conv`: conv1d and its adjoint conv_transpose1d.   `plain`: the plainest one, to read first.
 - `pool`: max- and average-pooling and their ways back.   `activation`: relu.
@@ -22,8 +22,8 @@ from .adam import adam_start, adam_step, adam_update
 from .conv import conv1d, conv1d_backward, conv_transpose1d, conv_transpose1d_backward
 from .gram import gram, gram_backward
 from .norms import (absolute_error, absolute_error_backward, l1, l1_backward, mean_squares,
-                    mean_squares_backward, norm, norm_backward, squared_error, squared_error_backward,
-                    sum_squares, sum_squares_backward)
+                    mean_squares_backward, norm, norm_backward, squared_error,
+                    squared_error_backward, sum_squares, sum_squares_backward)
 from .pool import (avg_depool1d, avg_depool1d_backward, avg_pool1d, avg_pool1d_backward, max_pool1d,
                    max_pool1d_backward, max_pool1d_indices, max_unpool1d, max_unpool1d_backward,
                    random_depool1d, random_depool1d_backward)

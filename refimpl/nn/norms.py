@@ -160,8 +160,8 @@ def absolute_error_backward(dloss: Any, x: np.ndarray, y: np.ndarray, *,
 def _scaled(r):
     """r divided by a power of two near the largest element of its clip.   (N, ...)
 
-    ->  the power (N,), r divided by it (N, ...), the sum of the squares of that (N,). The power is 1
-    where no square overflows or vanishes: nearly always.
+    ->  the power (N,), r divided by it (N, ...), the sum of the squares of that (N,). The power is
+    1 where no square overflows or vanishes: nearly always.
     """
     _check(r)
     real = r.real.dtype

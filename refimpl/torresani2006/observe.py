@@ -1,17 +1,21 @@
-r"""Styles as points e = (flow, weight, time) in [-3, 3]^3: from an analyst's label file, or from the computed observer.
+r"""Styles as points e = (flow, weight, time) in [-3, 3]^3: from an analyst's label file, or from
+the computed observer.
 
-The computed observer is no analyst. It starts from three descriptors that Larboulette and Gibet 2015, "A review of computable expressive
-descriptors of human motion", collect from the literature, here with alpha_k the weight of joint k and T a window of time:
+The computed observer is no analyst. It starts from three descriptors that Larboulette and Gibet
+2015, "A review of computable expressive descriptors of human motion", collect from the literature,
+here with alpha_k the weight of joint k and T a window of time:
 
     Weight(T) = max over t in T of sum_k alpha_k |v_k(t)|^2        (their equations 22 and 23; large: strong)
     Time(T)   = sum_k alpha_k 1/T sum_t |a_k(t)|                   (24 and 25; large: sudden)
     Flow(T)   = sum_k alpha_k 1/T sum_t |jerk_k(t)|                (29 and 30; large: bound)
 
-Ours are these with all joints of one weight and the whole fragment as the window, and depart from them in five points (choices):
-derivatives are differences of neighbouring frames (theirs are central, over two frames for velocity and four for jerk); logarithms are
-taken, so that a fragment twice as fast is as far from the usual as one half as fast; time is relative to speed and flow to acceleration
-(`descriptors`); flow has the opposite sign, free above bound as in Torresani 2006; and the result says how far a fragment lies from the
-others of its content, in standard deviations (`observe`), since a kick is stronger than a wave whoever does it.
+Ours are these with all joints of one weight and the whole fragment as the window, and depart from
+them in five points (choices): derivatives are differences of neighbouring frames (theirs are
+central, over two frames for velocity and four for jerk); logarithms are taken, so that a fragment
+twice as fast is as far from the usual as one half as fast; time is relative to speed and flow to
+acceleration (`descriptors`); flow has the opposite sign, free above bound as in Torresani 2006; and
+the result says how far a fragment lies from the others of its content, in standard deviations
+(`observe`), since a kick is stronger than a wave whoever does it.
 """
 
 import csv
@@ -23,7 +27,8 @@ from .poses import joint_positions
 
 EFFORTS = ("flow", "weight", "time")
 LIMIT = 3.0
-GAIN = 1.5                                                   # two standard deviations reach the limit
+# two standard deviations reach the limit
+GAIN = 1.5
 HEADER = ["clip", "start", "end", *EFFORTS]
 
 
@@ -36,18 +41,23 @@ class ObserveError(ValueError):
 
 
 def measures(positions, fps):
-    r"""Four numbers from the joints' paths p_j, by differences of neighbouring frames:   v(t) = fps (p(t+1) - p(t)), likewise a from v, jerk from a
+    r"""Four numbers from the joints' paths p_j, by differences of neighbouring frames:
+    v(t) = fps (p(t+1) - p(t)), likewise a from v, jerk from a
 
         energy       max over t of 1/2 sum_j |v_j|^2      (all joints of one mass, 1)
         speed        mean over t and j of |v_j|
         acceleration mean over t and j of |a_j|
         jerk         mean over t and j of |jerk_j|
 
-    positions : (T, J, 3), T at least 4   ->  (4,) in powers of their unit and of seconds.   Raises ObserveError for another shape.
+    positions : (T, J, 3), T at least 4   ->  (4,) in powers of their unit and of seconds.
+    Raises ObserveError for another shape.
     """
     positions = np.asarray(positions, dtype=float)
-    if positions.ndim != 3 or positions.shape[2] != 3 or not positions.shape[1] or len(positions) < 4:
-        raise ObserveError(f"positions: found shape {positions.shape}, needed (frames, joints, 3) with at least 4 frames to see a jerk")
+    if positions.ndim != 3 or positions.shape[2] != 3 or not positions.shape[1] or len(
+            positions) < 4:
+        raise ObserveError(
+            f"positions: found shape {positions.shape}, needed (frames, joints, 3) with at least 4 "
+            "frames to see a jerk")
     if not fps > 0:
         raise ObserveError(f"fps: found {fps}, needed frames a second above 0")
     velocity = np.diff(positions, axis=0) * fps
@@ -58,9 +68,12 @@ def measures(positions, fps):
 
 
 def kinematics(fragment, body):
-    """`measures` of a fragment.   ->  (4,) energy, speed, acceleration, jerk.   Raises ObserveError for fewer than four frames."""
+    """`measures` of a fragment.   ->  (4,) energy, speed, acceleration, jerk.
+    Raises ObserveError for fewer than four frames.
+    """
     if fragment.frames < 4:
-        raise ObserveError(f"{fragment.name}: found {fragment.frames} frames, needed at least 4 to see a jerk")
+        raise ObserveError(
+            f"{fragment.name}: found {fragment.frames} frames, needed at least 4 to see a jerk")
     return measures(joint_positions(fragment, body), fragment.fps)
 
 
@@ -69,20 +82,25 @@ def descriptors(fragment, body, relative=True):
 
         weight = log energy,   time = log (acceleration / speed),   flow = -log (jerk / acceleration)
 
-    Energy, acceleration and jerk all grow with speed; each of the higher ones is therefore taken relative to the one below (a choice), or
-    a fast motion would always be strong, sudden and bound at once. relative=False gives log energy, log acceleration, -log jerk, the
-    published ones but for their logarithms and signs. A measure below 1e-12 counts as 1e-12: a body that stands still has a style too.
+    Energy, acceleration and jerk all grow with speed; each of the higher ones is therefore taken
+    relative to the one below (a choice), or a fast motion would always be strong, sudden and bound
+    at once. relative=False gives log energy, log acceleration, -log jerk, the published ones but
+    for their logarithms and signs. A measure below 1e-12 counts as 1e-12: a body that stands still
+    has a style too.
     ->  (3,) flow, weight, time
     """
     energy, speed, acceleration, jerk = np.log(np.maximum(kinematics(fragment, body), 1e-12))
-    return np.array([acceleration - jerk, energy, acceleration - speed] if relative else [-jerk, energy, acceleration])
+    return np.array([acceleration - jerk, energy, acceleration
+                     - speed] if relative else [-jerk, energy, acceleration])
 
 
 @dataclass(frozen=True)
 class Observer:
-    """The computed observer: what is usual for each content, and how much fragments of one content differ.
+    """The computed observer: what is usual for each content, and how much fragments of one content
+    differ.
 
-    usual : {content: (3,)} with None for all together;  spread : (3,);  body : of the fragments;  relative : see `descriptors`.
+    usual : {content: (3,)} with None for all together;  spread : (3,);  body : of the fragments;
+    relative : see `descriptors`.
     """
 
     usual: dict
@@ -92,11 +110,14 @@ class Observer:
 
 
 def fit_observer(fragments, body, relative=True):
-    """Learn what is usual: the mean descriptors of each content, and the standard deviation within the contents.
+    """Learn what is usual: the mean descriptors of each content, and the standard deviation within
+    the contents.
 
-    fragments : list of Fragment   ->  Observer.   Raises ObserveError without at least two fragments of one content that differ.
+    fragments : list of Fragment   ->  Observer.
+    Raises ObserveError without at least two fragments of one content that differ.
     """
-    found = np.array([descriptors(fragment, body, relative) for fragment in fragments]).reshape(-1, 3)
+    found = np.array([descriptors(fragment, body, relative)
+                      for fragment in fragments]).reshape(-1, 3)
     contents = np.array([str(fragment.content) for fragment in fragments])
     usual, within = {}, []
     for content in dict.fromkeys(contents):
@@ -104,18 +125,23 @@ def fit_observer(fragments, body, relative=True):
         usual[content] = members.mean(axis=0)
         within.append(members - usual[content])
     freedom = len(found) - len(usual)
-    spread = np.sqrt(sum((part ** 2).sum(axis=0) for part in within) / freedom) if freedom > 0 else np.zeros(3)
+    spread = np.sqrt(sum(
+        (part**2).sum(axis=0) for part in within) / freedom) if freedom > 0 else np.zeros(3)
     if not (spread > 1e-9).all():
-        raise ObserveError(f"fragments: found {len(found)} of {len(usual)} contents with nothing to compare, needed two different ones of "
-                           "one content; are the contents right?")
+        raise ObserveError(
+            f"fragments: found {len(found)} of {len(usual)} contents with nothing to compare, "
+            "needed two different ones of "
+            "one content; are the contents right?")
     usual[None] = found.mean(axis=0)
     return Observer(usual, spread, body, relative)
 
 
 def observe(fragment, observer, content=None):
-    r"""The style of a fragment as the computed observer has it:   e = clip(1.5 (descriptors - usual) / spread, -3, 3)
+    r"""The style of a fragment as the computed observer has it:
+    e = clip(1.5 (descriptors - usual) / spread, -3, 3)
 
-    content : whose usual to compare with, the fragment's own unless given; unknown ones with all together   ->  (3,) flow, weight, time
+    content : whose usual to compare with, the fragment's own unless given; unknown ones with all
+    together   ->  (3,) flow, weight, time
     """
     content = str(fragment.content if content is None else content)
     usual = observer.usual.get(content, observer.usual[None])
@@ -125,7 +151,10 @@ def observe(fragment, observer, content=None):
 
 @dataclass(frozen=True)
 class Label:
-    """One line of a label file.   start, end : frames of the clip from 0, the end not included;  style : (3,);  line : in the file."""
+    """One line of a label file.
+    start, end : frames of the clip from 0, the end not included;  style : (3,);  line : in the
+    file.
+    """
 
     clip: str
     start: int
@@ -135,18 +164,24 @@ class Label:
 
 
 def read_labels(path, frames):
-    """An analyst's labels: a CSV file with the header `clip,start,end,flow,weight,time`; empty start and end mean the whole clip.
+    """An analyst's labels: a CSV file with the header `clip,start,end,flow,weight,time`; empty
+    start and end mean the whole clip.
 
     frames : {clip: number of frames} of the clips there are   ->  list of Label
-    Raises LabelError naming the line: unknown clip, frames not in it, a value outside [-3, 3], a stretch labelled twice.
+    Raises LabelError naming the line: unknown clip, frames not in it, a value outside [-3, 3], a
+    stretch labelled twice.
     """
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
             rows = [[cell.strip() for cell in row] for row in csv.reader(file)]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise LabelError(f"{path}: found {error}, needed UTF-8 text with the header {','.join(HEADER)}") from None
+        raise LabelError(
+            f"{path}: found {error}, needed UTF-8 text with the header {','.join(HEADER)}"
+        ) from None
     if not rows or rows[0] != HEADER:
-        raise LabelError(f"{path}:1: found {','.join(rows[0]) if rows else 'an empty file'!r}, needed the header {','.join(HEADER)}")
+        raise LabelError(
+            f"{path}:1: found {','.join(rows[0]) if rows else 'an empty file'!r}, needed the "
+            f"header {','.join(HEADER)}")
     labels, seen = [], {}
     for line, row in enumerate(rows[1:], start=2):
         if not any(row) or row[0].startswith("#"):
@@ -154,8 +189,10 @@ def read_labels(path, frames):
         label = _label(f"{path}:{line}", line, row, frames)
         key = (label.clip, label.start, label.end)
         if key in seen:
-            raise LabelError(f"{path}:{line}: found frames {label.start} to {label.end} of {label.clip!r} a second time (the first is in line "
-                             f"{seen[key]}), needed each stretch once")
+            raise LabelError(
+                f"{path}:{line}: found frames {label.start} to {label.end} of {label.clip!r} a "
+                "second time (the first is in line "
+                f"{seen[key]}), needed each stretch once")
         seen[key] = line
         labels.append(label)
     if not labels:
@@ -169,7 +206,9 @@ def _label(where, line, row, frames):
         raise LabelError(f"{where}: found {len(row)} values, needed {','.join(HEADER)}")
     clip = next((name for name in (row[0], row[0].removesuffix(".bvh")) if name in frames), None)
     if clip is None:
-        raise LabelError(f"{where}: found no clip {row[0]!r}, needed the name of one, such as {next(iter(frames), 'none')!r}")
+        raise LabelError(
+            f"{where}: found no clip {row[0]!r}, needed the name of one, such as "
+            f"{next(iter(frames), 'none')!r}")
     style = np.empty(3)
     for n, (name, word) in enumerate(zip(EFFORTS, row[3:])):
         try:
@@ -180,7 +219,10 @@ def _label(where, line, row, frames):
             raise LabelError(f"{where}: found {name} {word!r}, needed a number from -3 to 3")
     if not row[1] and not row[2]:
         return Label(clip, 0, frames[clip], style, line)
-    if not (row[1].isascii() and row[1].isdigit() and row[2].isascii() and row[2].isdigit() and int(row[1]) < int(row[2]) <= frames[clip]):
-        raise LabelError(f"{where}: found start {row[1]!r} and end {row[2]!r}, needed whole frames, start < end <= {frames[clip]}, the length "
-                         f"of {clip!r}; the end is not included")
+    if not (row[1].isascii() and row[1].isdigit() and row[2].isascii() and row[2].isdigit()
+            and int(row[1]) < int(row[2]) <= frames[clip]):
+        raise LabelError(
+            f"{where}: found start {row[1]!r} and end {row[2]!r}, needed whole frames, start < end "
+            f"<= {frames[clip]}, the length "
+            f"of {clip!r}; the end is not included")
     return Label(clip, int(row[1]), int(row[2]), style, line)

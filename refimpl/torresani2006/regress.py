@@ -62,7 +62,8 @@ def fit_pca(sequences, components=COMPONENTS, length=LENGTH):
     directions = min(len(X) - 1, int(np.sum(size > noise)))
     if not 1 <= components <= directions:
         raise RegressError(f"components: found {components}, needed 1 to {directions}, the directions in "
-                           f"which these {len(X)} sequences differ; give more sequences or ask for fewer")
+                           f"which these {len(X)} sequences differ; give more sequences or ask for "
+                           "fewer")
     return Projection(mean, signed(basis[:components]), length)
 
 

@@ -1,6 +1,8 @@
-r"""Epsilon-insensitive support vector regression, its dual solved by hand (Drucker et al. 1997; Platt's sequential minimal optimisation).
+r"""Epsilon-insensitive support vector regression, its dual solved by hand (Drucker et al. 1997;
+Platt's sequential minimal optimisation).
 
-The function is f(z) = sum_n beta_n k(z_n, z) + b. Errors up to epsilon are free. The dual, with beta = a - a* of the textbooks, is
+The function is f(z) = sum_n beta_n k(z_n, z) + b. Errors up to epsilon are free. The dual, with
+beta = a - a* of the textbooks, is
 
     minimise  D(beta) = 1/2 beta^T K beta - y^T beta + epsilon sum_n |beta_n|     subject to  sum_n beta_n = 0,  -C_n <= beta_n <= C_n
 
@@ -23,9 +25,11 @@ def dual_objective(K, y, beta, epsilon):
 
 
 def slopes(residual, beta, C, epsilon):
-    r"""How fast -D grows when one beta_n rises, and how fast it falls when one sinks; inf where the box forbids it.
+    r"""How fast -D grows when one beta_n rises, and how fast it falls when one sinks; inf where the
+    box forbids it.
 
-    With the residual r = y - K beta:   rising   up_n  = r_n - epsilon if beta_n >= 0, r_n + epsilon if beta_n < 0
+    With the residual r = y - K beta:   rising
+    up_n  = r_n - epsilon if beta_n >= 0, r_n + epsilon if beta_n < 0
                                         sinking  low_n = r_n - epsilon if beta_n > 0,  r_n + epsilon if beta_n <= 0
 
     all (..., n)  ->  up (-inf where beta_n = C_n), low (+inf where beta_n = -C_n)
@@ -40,7 +44,8 @@ def kkt_violation(K, y, beta, C, epsilon):
 
         max_n up_n <= b <= min_n low_n   for some b;   the excess is  max up - min low
 
-    K : (n, n), y, beta : (n,), C : a number or (n,)  ->  float; the largest breach of the box and of sum beta = 0 is added
+    K : (n, n), y, beta : (n,), C : a number or (n,)  ->  float; the largest breach of the box and
+    of sum beta = 0 is added
     """
     C = np.broadcast_to(np.asarray(C, dtype=float), beta.shape)
     up, low = slopes(y - K @ beta, beta, C, epsilon)
@@ -51,14 +56,17 @@ def kkt_violation(K, y, beta, C, epsilon):
 def fit_svr(K, y, C, epsilon, *, kernel=None, tolerance=TOLERANCE, steps=STEPS):
     r"""Solve B problems side by side, two betas of each at a time.
 
-    i is the example that most wants to rise. Of those j that want to sink, the one with the largest promised gain
-    (up_i - low_j)^2 / eta, eta = K_ii + K_jj - 2 K_ij. Then beta_i += t, beta_j -= t (the sum stays 0) with
+    i is the example that most wants to rise. Of those j that want to sink, the one with the largest
+    promised gain (up_i - low_j)^2 / eta, eta = K_ii + K_jj - 2 K_ij. Then beta_i += t, beta_j -= t
+    (the sum stays 0) with
 
         t = min( (up_i - low_j) / eta,  room of i,  room of j ),
 
-    the room ending at the box and at beta = 0, where the slope of |beta| jumps. Done when max up - min low < tolerance.
+    the room ending at the box and at beta = 0, where the slope of |beta| jumps. Done when max up -
+    min low < tolerance.
 
-    K : (G, n, n) kernel matrices;  y : (B, n);  C : broadcastable to (B, n), 0 leaves an example out;  epsilon : (B,) or a number;
+    K : (G, n, n) kernel matrices;  y : (B, n);  C : broadcastable to (B, n), 0 leaves an example
+    out;  epsilon : (B,) or a number;
     kernel : (B,) which matrix each problem has, the first unless given   ->  beta (B, n), b (B,)
     Raises SVRError for shapes or constants that cannot be, or when `steps` were not enough.
     """
@@ -71,8 +79,11 @@ def fit_svr(K, y, C, epsilon, *, kernel=None, tolerance=TOLERANCE, steps=STEPS):
     C = np.broadcast_to(np.asarray(C, dtype=float), (B, n))
     epsilon = np.broadcast_to(np.asarray(epsilon, dtype=float), (B,))
     kernel = np.zeros(B, dtype=int) if kernel is None else np.asarray(kernel)
-    if not ((C >= 0).all() and (C.max(axis=1) > 0).all() and (epsilon >= 0).all() and np.isfinite(C).all()):
-        raise SVRError(f"C, epsilon: found {C.min():g} to {C.max():g} and {epsilon.min():g} to {epsilon.max():g}, needed C > 0, epsilon >= 0")
+    if not ((C >= 0).all() and (C.max(axis=1) > 0).all() and
+            (epsilon >= 0).all() and np.isfinite(C).all()):
+        raise SVRError(
+            f"C, epsilon: found {C.min():g} to {C.max():g} and {epsilon.min():g} to "
+            f"{epsilon.max():g}, needed C > 0, epsilon >= 0")
     beta_out, b_out = np.zeros((B, n)), np.zeros(B)
     todo = np.arange(B)
     beta, residual, box, eps = np.zeros((B, n)), y.copy(), C, epsilon[:, None]
@@ -86,14 +97,16 @@ def fit_svr(K, y, C, epsilon, *, kernel=None, tolerance=TOLERANCE, steps=STEPS):
         if done.any():
             beta_out[todo[done]], b_out[todo[done]] = beta[done], 0.5 * (top + bottom)[done]
             keep = ~done
-            todo, beta, residual, box, eps = todo[keep], beta[keep], residual[keep], box[keep], eps[keep]
+            todo, beta, residual, box, eps = todo[keep], beta[keep], residual[keep], box[keep], eps[
+                keep]
             if not len(todo):
                 return beta_out, b_out
             rows, i, top, low = np.arange(len(todo)), i[keep], top[keep], low[keep]
         which = kernel[todo]
         row_i = K[which, i]
         eta = np.maximum(diagonal[which] + diagonal[which, i][:, None] - 2 * row_i, 1e-12)
-        want = np.maximum(top[:, None] - low, 0.0)           # inf - inf never: low is +inf only where nothing may sink
+        # inf - inf never: low is +inf only where nothing may sink
+        want = np.maximum(top[:, None] - low, 0.0)
         j = (want * want / eta).argmax(axis=1)
         beta_i, beta_j, C_i, C_j = beta[rows, i], beta[rows, j], box[rows, i], box[rows, j]
         end_i, end_j = np.where(beta_i >= 0, C_i, 0.0), np.where(beta_j > 0, 0.0, -C_j)
@@ -102,10 +115,13 @@ def fit_svr(K, y, C, epsilon, *, kernel=None, tolerance=TOLERANCE, steps=STEPS):
         beta[rows, i] = np.where(t >= room_i, end_i, beta_i + t)
         beta[rows, j] = np.where(t >= room_j, end_j, beta_j - t)
         residual -= t[:, None] * (row_i - K[which, j])
-    raise SVRError(f"found {len(todo)} of {B} problems not at their end after {steps} steps, needed max up - min low below {tolerance:g}; "
-                   "scale the inputs, or take a smaller C or a larger tolerance")
+    raise SVRError(
+        f"found {len(todo)} of {B} problems not at their end after {steps} steps, needed max up - "
+        f"min low below {tolerance:g}; "
+        "scale the inputs, or take a smaller C or a larger tolerance")
 
 
 def predict_svr(K, beta, b):
-    """f(z) = sum_n beta_n k(z_n, z) + b.   K : (M, n) new against training, beta : (n,)  ->  (M,)"""
+    """f(z) = sum_n beta_n k(z_n, z) + b.   K : (M, n) new against training, beta : (n,)  ->  (M,)
+    """
     return K @ beta + b

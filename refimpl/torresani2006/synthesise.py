@@ -1,4 +1,6 @@
-r"""Piecewise style synthesis (Torresani 2006, section 7.2, equation 12): the same actions in a style that is asked for."""
+r"""Piecewise style synthesis (Torresani 2006, section 7.2, equation 12): the same actions in a
+style that is asked for.
+"""
 
 from dataclasses import dataclass, field, replace
 
@@ -24,7 +26,9 @@ class SynthesisError(ValueError):
 
 @dataclass(frozen=True)
 class Choice:
-    """The minimum of equation 12 for one piece.   i, j : fragments of the database;  alpha;  predicted : (3,) f(z);  error : || e - f ||."""
+    """The minimum of equation 12 for one piece.
+    i, j : fragments of the database;  alpha;  predicted : (3,) f(z);  error : || e - f ||.
+    """
 
     i: int
     j: int
@@ -35,7 +39,9 @@ class Choice:
 
 @dataclass(frozen=True)
 class Synthesis:
-    """fragment : the new motion;  cuts : the first frame of each piece and the end;  pieces : of the input;  choices : one a piece."""
+    """fragment : the new motion;  cuts : the first frame of each piece and the end;  pieces : of
+    the input;  choices : one a piece.
+    """
 
     fragment: Fragment = field(repr=False)
     cuts: tuple
@@ -44,8 +50,11 @@ class Synthesis:
 
 
 def neighbours(database, i, count=NEIGHBOURS):
-    """The fragments of i's content nearest to it by SSD, itself among them.   ->  (K,) numbers, nearest first"""
-    same = np.array([fragment.content == database.fragments[i].content for fragment in database.fragments])
+    """The fragments of i's content nearest to it by SSD, itself among them.
+    ->  (K,) numbers, nearest first
+    """
+    same = np.array([
+        fragment.content == database.fragments[i].content for fragment in database.fragments])
     nearest = np.argsort(np.where(same, database.ssd[i], np.inf), kind="stable")
     return nearest[:min(count, same.sum())]
 
@@ -53,15 +62,21 @@ def neighbours(database, i, count=NEIGHBOURS):
 def golden_section(f, low, high, tolerance=TOLERANCE):
     r"""The minimum of many functions of one number side by side, each between its own ends.
 
-    Two points inside, at 0.382 and 0.618 of the interval; the end beyond the worse one moves there (of two equal ones beyond the left), and
-    the better one is kept as one of the next two: the interval shrinks by 0.618 at the cost of one evaluation.
+    Two points inside, at 0.382 and 0.618 of the interval; the end beyond the worse one moves there
+    (of two equal ones beyond the left), and the better one is kept as one of the next two: the
+    interval shrinks by 0.618 at the cost of one evaluation.
 
-    f : (M,) -> (M,);  low, high : (M,)   ->  (M,) the middle of the last interval, which is no wider than `tolerance`
-    Raises SynthesisError for ends that are not in order, or a tolerance finer than numbers of their size are.
+    f : (M,) ->  (M,);  low, high : (M,)
+    ->  (M,) the middle of the last interval, which is no wider than `tolerance`
+    Raises SynthesisError for ends that are not in order, or a tolerance finer than numbers of their
+    size are.
     """
     low, high = np.array(low, dtype=float), np.array(high, dtype=float)
-    if low.shape != high.shape or low.ndim != 1 or not (low <= high).all() or not np.isfinite(high - low).all():
-        raise SynthesisError(f"low, high: found shapes {low.shape} and {high.shape}, needed finite numbers (M,), low <= high")
+    if low.shape != high.shape or low.ndim != 1 or not (
+            low <= high).all() or not np.isfinite(high - low).all():
+        raise SynthesisError(
+            f"low, high: found shapes {low.shape} and {high.shape}, needed finite numbers (M,), "
+            "low <= high")
     finest = 8 * np.finfo(float).eps * max(np.abs(low).max(initial=0), np.abs(high).max(initial=0))
     if not tolerance > finest:
         raise SynthesisError(f"tolerance: found {tolerance}, needed a width above {finest:.1g}")
@@ -79,29 +94,36 @@ def golden_section(f, low, high, tolerance=TOLERANCE):
 
 
 def best_alpha(error, count, samples=SAMPLES, tolerance=TOLERANCE):
-    """The search of section 7.2 for many pairs side by side: the best of M uniform samples of alpha in [-0.25, 1.25], then a golden-section
-    search between its neighbours; the sample itself where the search ends no lower.
+    """The search of section 7.2 for many pairs side by side: the best of M uniform samples of alpha
+    in [-0.25, 1.25], then a golden-section search between its neighbours; the sample itself where
+    the search ends no lower.
 
-    error : (count,) alphas, one a pair -> (count,), smooth;  samples : M, at least 2   ->  (count,) alphas.   Raises SynthesisError.
+    error : (count,) alphas, one a pair ->  (count,), smooth;  samples : M, at least 2
+    ->  (count,) alphas.   Raises SynthesisError.
     """
     if samples < 2:
         raise SynthesisError(f"samples: found {samples}, needed at least 2 alphas to try")
     grid = np.linspace(LOWEST, HIGHEST, samples)
     best = np.argmin([error(np.full(count, alpha)) for alpha in grid], axis=0)
-    alpha = golden_section(error, grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, samples - 1)], tolerance)
+    alpha = golden_section(error, grid[np.maximum(best - 1, 0)],
+                           grid[np.minimum(best + 1, samples - 1)], tolerance)
     return np.where(error(alpha) <= error(grid[best]), alpha, grid[best])
 
 
 def choose(database, model, projection, members, target, samples=SAMPLES):
-    r"""Equation 12:   alpha*, k*, l* = arg min || e - f(z_kl(alpha)) ||   over pairs of members and alpha in [-0.25, 1.25] (`best_alpha`).
+    r"""Equation 12:   alpha*, k*, l* = arg min || e - f(z_kl(alpha)) ||
+    over pairs of members and alpha in [-0.25, 1.25] (`best_alpha`).
 
-    members : (K,) fragments, target : (3,), samples : M, at least 2   ->  list of Choice, one for each ordered pair, best first
+    members : (K,) fragments, target : (3,), samples : M, at least 2
+    ->  list of Choice, one for each ordered pair, best first
     Raises SynthesisError for fewer than two members, or a target outside [-3, 3].
     """
     target = check_style(target)
     if len(members) < 2:
-        raise SynthesisError(f"members: found {len(members)} fragments of this content, needed at least 2; a style is made between two "
-                             "performances of one action")
+        raise SynthesisError(
+            f"members: found {len(members)} fragments of this content, needed at least 2; a style "
+            "is made between two "
+            "performances of one action")
     pairs = np.array([(i, j) for i in members for j in members if i != j])
     c, e = coefficients(database, projection), database.styles
 
@@ -111,28 +133,35 @@ def choose(database, model, projection, members, target, samples=SAMPLES):
     alpha = best_alpha(error, len(pairs), samples)
     predicted, errors = predict(model, blend_inputs(c, e, pairs, alpha)), error(alpha)
     order = np.argsort(errors, kind="stable")
-    return [Choice(int(pairs[n, 0]), int(pairs[n, 1]), float(alpha[n]), predicted[n], float(errors[n])) for n in order]
+    return [
+        Choice(int(pairs[n, 0]), int(pairs[n, 1]), float(alpha[n]), predicted[n], float(errors[n]))
+        for n in order]
 
 
 def check_style(style):
     """(flow, weight, time), each from -3 to 3.   ->  (3,) float.   Raises SynthesisError."""
     style = np.asarray(style, dtype=float)
     if style.shape != (3,) or not (np.abs(style) <= 3).all():
-        raise SynthesisError(f"style: found {style}, needed flow, weight and time, each a number from -3 to 3")
+        raise SynthesisError(
+            f"style: found {style}, needed flow, weight and time, each a number from -3 to 3")
     return style
 
 
 def join(parts, body, seam=SEAM):
     r"""Motions one after the other, with continuous root and pose.
 
-    Each part is set down where the one before ends, facing its way, one step of the mean speed of both further. What jump remains in a
-    joint, delta = log(exp(-v)^T A_last^T B_first) with v the mean step of both, is shared: half of it fades in before the seam and half
-    fades out after it. Height likewise.
+    Each part is set down where the one before ends, facing its way, one step of the mean speed of
+    both further. What jump remains in a joint, delta = log(exp(-v)^T A_last^T B_first) with v the
+    mean step of both, is shared: half of it fades in before the seam and half fades out after it.
+    Height likewise.
 
-    parts : list of Fragment, at least one, of one frame rate;  seam : seconds on either side   ->  Fragment.   Raises SynthesisError.
+    parts : list of Fragment, at least one, of one frame rate;  seam : seconds on either side
+    ->  Fragment.   Raises SynthesisError.
     """
     if not parts or len({part.fps for part in parts}) != 1:
-        raise SynthesisError(f"parts: found {len(parts)} of {sorted({part.fps for part in parts})} frames/s, needed at least one, all of one rate")
+        raise SynthesisError(
+            f"parts: found {len(parts)} of {sorted({part.fps for part in parts})} frames/s, needed "
+            "at least one, all of one rate")
     placed = [parts[0]]
     for part in parts[1:]:
         placed.append(_set_down(part, placed[-1], body))
@@ -152,8 +181,9 @@ def join(parts, body, seam=SEAM):
         roots[n][:, up] += 0.5 * before * rise
         roots[n + 1][:, up] -= 0.5 * after * rise
     angles = exponential_maps(np.concatenate(rotations), body.reference)
-    return replace(parts[0], name=" ".join(part.name for part in parts), content=None if len(parts) > 1 else parts[0].content,
-                   style=None, angles=angles, root=np.concatenate(roots))
+    return replace(parts[0], name=" ".join(part.name for part in parts),
+                   content=None if len(parts) > 1 else parts[0].content, style=None, angles=angles,
+                   root=np.concatenate(roots))
 
 
 def _turn(A, B):
@@ -161,40 +191,53 @@ def _turn(A, B):
 
 
 def _fade(frames, width):
-    """From 1 at the first frame to 0 after `width` frames, or after half of the frames if these are fewer.   ->  (frames,)"""
+    """From 1 at the first frame to 0 after `width` frames, or after half of the frames if these are
+    fewer.   ->  (frames,)
+    """
     return 1.0 - ease(np.arange(frames) / max(1, min(width, frames // 2)))
 
 
 def _set_down(part, before, body):
-    """A part moved over the floor and turned so that it goes on from the one before, at the mean speed of both.   ->  Fragment"""
+    """A part moved over the floor and turned so that it goes on from the one before, at the mean
+    speed of both.   ->  Fragment
+    """
     root, end, floor, up = part.root.copy(), before.root, body.floor, body.up
     turn = 0.5 * (end[-1, HEADING] - end[-2, HEADING] + root[1, HEADING] - root[0, HEADING])
     angle = end[-1, HEADING] + turn - root[0, HEADING]
     path = turned(root[:, floor] - root[0, floor], angle, up)
-    root[:, floor] = path + end[-1, floor] + 0.5 * (end[-1, floor] - end[-2, floor] + path[1] - path[0])
+    root[:, floor] = path + end[-1,
+                                floor] + 0.5 * (end[-1, floor] - end[-2, floor] + path[1] - path[0])
     root[:, HEADING] += angle
     return replace(part, root=root)
 
 
-def synthesise(Y, database, model, projection, target, *, count=NEIGHBOURS, samples=SAMPLES, looks=None):
+def synthesise(Y, database, model, projection, target, *, count=NEIGHBOURS, samples=SAMPLES,
+               looks=None):
     """A motion with the content of Y and the style that is asked for (section 7).
 
-    Y : Fragment of the database's body and frame rate;  model, projection : of `database.train`;  target : (3,) flow, weight, time;
-    count, samples, looks : see `restyle`   ->  Synthesis, set down where Y begins.   Raises SynthesisError, SegmentError.
+    Y : Fragment of the database's body and frame rate;  model, projection : of `database.train`;
+    target : (3,) flow, weight, time;
+    count, samples, looks : see `restyle`   ->  Synthesis, set down where Y begins.
+    Raises SynthesisError, SegmentError.
     """
     target = check_style(target)
     if Y.fps != database.fragments[0].fps:
-        raise SynthesisError(f"{Y.name}: found {Y.fps:g} frames/s, needed {database.fragments[0].fps:g} as in the database")
+        raise SynthesisError(
+            f"{Y.name}: found {Y.fps:g} frames/s, needed {database.fragments[0].fps:g} as in the "
+            "database")
     _, pieces = segment(Y.angles, [fragment.angles for fragment in database.fragments])
-    return restyle(Y, pieces, database, model, projection, target, count=count, samples=samples, looks=looks)
+    return restyle(Y, pieces, database, model, projection, target, count=count, samples=samples,
+                   looks=looks)
 
 
-def restyle(Y, pieces, database, model, projection, target, *, count=NEIGHBOURS, samples=SAMPLES, looks=None):
+def restyle(Y, pieces, database, model, projection, target, *, count=NEIGHBOURS, samples=SAMPLES,
+            looks=None):
     """`synthesise` for a motion that is cut already.
 
-    pieces : list of Piece;  count : K of section 7.2, within the content;  looks : how many of the best pairs are blended; of these the one
-    is taken that the computed observer sees nearest to the target. 1 is equation 12, which trusts f alone, and the default where an
-    analyst's labels count, since the computed observer is no judge of these; otherwise the default is 8   ->  Synthesis
+    pieces : list of Piece;  count : K of section 7.2, within the content;  looks : how many of the
+    best pairs are blended; of these the one is taken that the computed observer sees nearest to the
+    target. 1 is equation 12, which trusts f alone, and the default where an analyst's labels count,
+    since the computed observer is no judge of these; otherwise the default is 8   ->  Synthesis
     """
     looks = (1 if database.labelled else LOOKS) if looks is None else looks
     if looks < 1:
@@ -204,35 +247,45 @@ def restyle(Y, pieces, database, model, projection, target, *, count=NEIGHBOURS,
         members = neighbours(database, piece.fragment, count)
         if len(members) < 2:
             content = database.fragments[piece.fragment].content
-            raise SynthesisError(f"frames {piece.start} to {piece.end} match {content!r}: found {len(members)} fragment of it to blend, needed at "
-                                 "least 2; add performances of this action to the database, or raise the number of neighbours")
+            raise SynthesisError(
+                f"frames {piece.start} to {piece.end} match {content!r}: found {len(members)} "
+                "fragment of it to blend, needed at "
+                "least 2; add performances of this action to the database, or raise the number of "
+                "neighbours")
         best = choose(database, model, projection, members, target, samples)[:looks]
-        blends = [interpolate(database.fragments[c.i], database.fragments[c.j], c.alpha, up=database.body.up) for c in best]
-        misses = [np.linalg.norm(observe(blend, database.observer) - target) for blend in blends] if looks > 1 else [0.0]
+        blends = [
+            interpolate(database.fragments[c.i], database.fragments[c.j], c.alpha,
+                        up=database.body.up) for c in best]
+        misses = [np.linalg.norm(observe(blend, database.observer) - target)
+                  for blend in blends] if looks > 1 else [0.0]
         choices.append(best[int(np.argmin(misses))])
         parts.append(blends[int(np.argmin(misses))])
     parts[0] = _at_start_of(Y, parts[0], database.body)
     cuts = np.cumsum([0] + [part.frames for part in parts])
-    return Synthesis(join(parts, database.body), tuple(int(cut) for cut in cuts), tuple(pieces), tuple(choices))
+    return Synthesis(join(parts, database.body), tuple(int(cut) for cut in cuts), tuple(pieces),
+                     tuple(choices))
 
 
 def _at_start_of(Y, part, body):
     """A part moved to where Y begins, facing its way."""
     root, angle = part.root.copy(), Y.root[0, HEADING] - part.root[0, HEADING]
-    root[:, body.floor] = turned(root[:, body.floor] - root[0, body.floor], angle, body.up) + Y.root[0, body.floor]
+    root[:, body.floor] = turned(root[:, body.floor] - root[0, body.floor], angle,
+                                 body.up) + Y.root[0, body.floor]
     root[:, HEADING] += angle
     return replace(part, root=root)
 
 
 def observed_style(fragment, cuts, contents, observer):
-    """The computed observer on a motion of several actions: the mean of what it sees in each (those of fewer than four frames left out).
+    """The computed observer on a motion of several actions: the mean of what it sees in each (those
+    of fewer than four frames left out).
 
     cuts : the first frame of each and the end, contents : one each   ->  (3,)
     """
     parts = [(replace(fragment, angles=fragment.angles[a:b], root=fragment.root[a:b]), content)
              for a, b, content in zip(cuts, cuts[1:], contents) if b - a >= 4]
     if not parts:
-        raise SynthesisError(f"{fragment.name}: found no action of four frames or more, needed one to observe")
+        raise SynthesisError(
+            f"{fragment.name}: found no action of four frames or more, needed one to observe")
     return np.mean([observe(part, observer, content) for part, content in parts], axis=0)
 
 
