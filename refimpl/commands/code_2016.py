@@ -8,6 +8,7 @@ import numpy as np
 from ..experiments import code_2016
 from ..holden2016 import bridge, rows
 from ..motion.dataset import load_dataset
+from ..motion.features import decode, scale
 from .options import InputPath, OutputPath, pattern, whole, write_report
 from .progress import Progress, table
 
@@ -85,5 +86,5 @@ def _longest(clips):
 
 def as_rows(clip):
     """A clip of a Dataset in the code's unit.   ->  (T, 73)"""
-    size = bridge.unit_of(bridge.f66.decode(clip.features))
-    return bridge.to_rows(bridge.f66.scale(clip.features, size), clip.contacts)
+    size = bridge.unit_of(decode(clip.features))
+    return bridge.to_rows(scale(clip.features, size), clip.contacts)

@@ -143,7 +143,7 @@ def run_autoencoder(arguments):
     run = fingerprint(["autoencoder", settings, arguments.threads], X)
     like = init_loss_network(np.random.default_rng(0), hidden=arguments.hidden,
                              width=arguments.width, dtype=X.dtype)
-    params = follow(arguments, run, like, ("loss", ),
+    params = follow(arguments, run, like, ("loss",),
                     lambda **how: train_autoencoder(X, **how, **settings))
     save_manifold(arguments.output,
                   Manifold(params, normaliser, dataset.leg, dataset.bones, arguments.depooling))

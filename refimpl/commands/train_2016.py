@@ -54,7 +54,7 @@ def run(arguments):
         for name in ("epochs", "batch", "rate", "hidden", "width", "seed")}
     like = init_network(np.random.default_rng(0), hidden=arguments.hidden, width=arguments.width,
                         dtype=X.dtype)
-    params = follow(arguments, fingerprint(["2016", settings], X), like, ("loss", ),
+    params = follow(arguments, fingerprint(["2016", settings], X), like, ("loss",),
                     lambda **how: train(X, **how, **settings))
     save_network(arguments.output, params)
     save_preprocess(arguments.preprocess, normaliser)

@@ -162,7 +162,7 @@ def _check_method(arguments):
     optimised = arguments.method == "optimise"
     of_2016 = arguments.network or arguments.preprocess or arguments.form == "coded"
     needed = ("--content", "--style", *(("--network", "--preprocess") if of_2016 else
-                                        ("--manifold", ))) if optimised else ("STYLE.npz",
+                                        ("--manifold",))) if optimised else ("STYLE.npz",
                                                                               "CLIP.bvh")
     for name, value in (of_network if optimised else of_optimise).items():
         if value is not None:

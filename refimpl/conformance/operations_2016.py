@@ -194,7 +194,7 @@ def encode_samples(rng: np.random.Generator) -> list[Sample]:
         Sample(
             "all units at their kink", (np.zeros((1, 3, 4)), n((4, 3, 5)), np.zeros(4)),
             smooth=False, known={
-                "outputs": (np.zeros((1, 4, 2)), ), "upstream": n((1, 4, 2)),
+                "outputs": (np.zeros((1, 4, 2)),), "upstream": n((1, 4, 2)),
                 "gradients": (np.zeros((1, 3, 4)), np.zeros((4, 3, 5)), np.zeros(4))})]
 
 
@@ -258,12 +258,12 @@ OPERATIONS = (Operation("encode_2016", ("X", "We", "be"), encode, encode_backwar
               Operation("foot_loss_2016", ("motion", "contacts"), losses.foot_loss,
                         losses.foot_loss_backward, foot_loss_definition, foot_samples,
                         batched=(0, 1), equation="the 2016 code, feet"),
-              Operation("bone_loss_2016", ("motion", ), losses.bone_loss, losses.bone_loss_backward,
+              Operation("bone_loss_2016", ("motion",), losses.bone_loss, losses.bone_loss_backward,
                         bone_loss_definition, bone_samples, equation="the 2016 code, bones"),
-              Operation("trajectory_loss_2016", ("motion", ), trajectory_loss,
+              Operation("trajectory_loss_2016", ("motion",), trajectory_loss,
                         trajectory_loss_backward, trajectory_loss_definition, trajectory_samples,
                         batched=(), equation="the 2016 code, path"),
-              Operation("search_loss_2016", ("H", ), search_loss, search_loss_backward,
+              Operation("search_loss_2016", ("H",), search_loss, search_loss_backward,
                         search_loss_definition, search_samples, batched=(),
                         equation="the 2016 code, search"),
               )

@@ -130,8 +130,8 @@ RIVALS = {
             ("a flipped filter, as Theano convolves", flipped_backward(nn.conv1d_backward)),
             ("the bias gradient as a mean over clips and frames",
              mean_over((0, 2), 2, nn.conv1d_backward)),
-            ("the bias gradient as a mean over clips", mean_over((0, ), 2, nn.conv1d_backward)),
-            ("the filter gradient as a mean over clips", mean_over((0, ), 1, nn.conv1d_backward))],
+            ("the bias gradient as a mean over clips", mean_over((0,), 2, nn.conv1d_backward)),
+            ("the filter gradient as a mean over clips", mean_over((0,), 1, nn.conv1d_backward))],
     "conv_transpose1d": [
         ("a flipped filter", flipped(nn.conv_transpose1d))], "conv_transpose1d_backward": [
             ("a flipped filter", flipped_backward(nn.conv_transpose1d_backward))], "max_pool1d": [

@@ -13,7 +13,7 @@ BANDAI = "Bandai-Namco-Research-Motiondataset, CC BY-NC 4.0: non-commercial"
 CONTENTS = {"jog": ("run",), "turn-left": ("walk-turn-left",), "turn-right": ("walk-turn-right",)}
 STYLES = {
     "old": ("elderly", "old"), "depressed": ("sad", "exhausted"),
-    "childlike": ("childish", "youthful"), "injured": ("tired", ), "proud": ("proud", "masculine")}
+    "childlike": ("childish", "youthful"), "injured": ("tired",), "proud": ("proud", "masculine")}
 
 
 def sample_take(content="walk", style="normal", seconds=4.0):

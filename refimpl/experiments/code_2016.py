@@ -6,7 +6,7 @@ own scale, and told beside the content. Lengths are in units of the 2016 code, o
 14.8.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -81,41 +81,33 @@ def carry_out(content: np.ndarray, style: np.ndarray, network: bridge.Network, w
     start = search.noise(
         rng, len(content)) if way.noise is None else way.noise * rng.standard_normal(C.shape)
     H = H_content if way.start == "content" else encode(start.astype(dtype), p)
-    H = _minimise(
-        H, lambda H: losses.search_loss_backward(one, H, H_content, gram.astype(dtype), amount=way.
-                                                 amount), search.ITERATIONS, way)
+    G = gram.astype(dtype)
+
+    def rate(step):
+        return annealed(way.rate, step, search.ITERATIONS) if way.anneal else way.rate
+    H = search.minimise(
+        H, None, lambda H: losses.search_loss_backward(one, H, H_content, G, amount=way.amount),
+        search.ITERATIONS, rate=rate, epsilon=way.epsilon)
     X = decode(H, p)
     tail = search.tail(content, normaliser.undo(X[0]))
-    contacts, wanted = content[:, rows.CONTACTS].T[None].astype(dtype), tail[:, :3].T[None].astype(
-        dtype)
-
+    contacts = content[:, rows.CONTACTS].T[None].astype(dtype)
+    wanted = tail[:, :3].T[None].astype(dtype)
     lengths = _lengths(content) if way.own_bones else losses.LENGTHS
 
     def backward(H):
         return _constraints_backward(H, network, contacts, wanted, lengths, way.floor)
-    H = _minimise(encode(X, p) if way.again else H, backward, search.CONSTRAINT_ITERATIONS,
-                  replace(way, rate=search.RATE, anneal=False))
+    H = search.minimise(encode(X, p) if way.again else H, None, backward,
+                        search.CONSTRAINT_ITERATIONS, epsilon=way.epsilon)
     result = normaliser.undo(decode(H, p)[0])
     if way.tail:
         result[:, rows.TRAJECTORY.start:] = tail
     return result, normaliser.undo(X[0])
 
 
-def _minimise(H: np.ndarray, backward: Callable, iterations: int, way: Way) -> np.ndarray:
-    params, state = {"H": H}, nn.adam_start({"H": H})
-    for step in range(1, iterations + 1):
-        rate = annealed(way.rate, step, iterations) if way.anneal else way.rate
-        params, state = nn.adam_step(params, {"H": backward(params["H"])}, state, rate=rate,
-                                     epsilon=way.epsilon)
-    return params["H"]
-
-
 def _constraints_backward(H, network, contacts, wanted, lengths, floor):
     """`search.constrained_loss_backward` with other lengths of bones, or without the floor term."""
-    p, normaliser = network.params, network.normaliser
     third = np.full(len(H), 1 / 3, H.dtype)
-    deviation, mean = (a[:, None].astype(H.dtype) for a in (normaliser.deviation, normaliser.mean))
-    motion = decode(H, p) * deviation + mean
+    motion = search.decoded_motion(H, network.params, network.normaliser)
     dmotion = losses.foot_loss_backward(third, motion, contacts)
     # all that feet cost where none is planted
     if not floor:
@@ -124,7 +116,7 @@ def _constraints_backward(H, network, contacts, wanted, lengths, floor):
     dmotion += losses.as_66_backward(losses_2017.bone_loss_backward(
         share, losses.as_66(motion), lengths, bones=losses.BONES), motion)
     dmotion += losses.trajectory_loss_backward(third, motion, wanted)
-    return nn.avg_depool1d_backward(nn.conv_transpose1d(dmotion * deviation, p["Wd"]), H)
+    return search.decoded_motion_backward(dmotion, H, network.params, network.normaliser)
 
 
 def _lengths(content):

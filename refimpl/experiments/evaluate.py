@@ -11,7 +11,7 @@ import time
 import numpy as np
 
 from ..holden2016 import bridge, rows, search
-from ..holden2016.own import Settings, optimise
+from ..holden2016.own import Settings, optimise, pairs
 from .classifiers import fit_judge, frechet_distance, gram_vectors, joint_vectors
 from .measures import content_distance, style_distance
 from ..holden2017.transfer import onto_skeleton, project_features, stylise, transfer
@@ -262,12 +262,11 @@ def table_1(features, contacts, exemplars, style, frames=FRAMES, repeats=5, sett
 def coded_search(features, contacts, exemplar, network, settings):
     """The search of the 2016 code over rows made of features, ready to be called."""
     size = bridge.unit_of(decode(features, Start()))
-    content, style = (bridge.to_rows(scale(f[:len(f) - len(f) % 2], size), planted)
-                      for f, planted in ((features, contacts[:len(features) - len(features) % 2]),
-                                         (exemplar, None)))
+    content = bridge.to_rows(scale(pairs(features), size), pairs(contacts))
+    style = bridge.to_rows(scale(pairs(exemplar), size))[:rows.WINDOW]
     start = search.noise(np.random.default_rng(0), len(content))
-    return lambda: search.transfer(content, style[:rows.WINDOW], network.params, network.normaliser,
-                                   start=start, iterations=settings.iterations,
+    return lambda: search.transfer(content, style, network.params, network.normaliser, start=start,
+                                   iterations=settings.iterations,
                                    constraint_iterations=settings.constraint_iterations)
 
 

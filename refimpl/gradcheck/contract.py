@@ -179,7 +179,7 @@ def _reversed(x):
 LAYOUTS = {
     "Fortran order": np.asfortranarray,
     "every second element of a larger array": lambda x: _spread_out(x)[
-        (slice(None, None, 2), ) * x.ndim], "negative strides": _reversed, }
+        (slice(None, None, 2),) * x.ndim], "negative strides": _reversed, }
 
 
 def _spread_out(x):

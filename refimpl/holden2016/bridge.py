@@ -24,14 +24,11 @@ from ..motion.joints import BONES, HEELS, LEGS, TOES
 from ..motion.prepare import Normaliser as Normaliser66
 from ..motion.take import Take
 from . import losses, rows, search
-from .files import check_pair, read_network, read_preprocess
+from .files import check_unit, read_network, read_preprocess
 from .network import Params, decode, encode
+from .rows import ORDER, SIGN
 
 SOURCE = "the network of 2016"
-# Which row of the 73 each of the 66 numbers is, and its sign.
-ORDER = np.concatenate([np.arange(rows.POSITIONS.start, rows.POSITIONS.stop),
-                        [rows.TURN, rows.VELOCITY.start + 1, rows.VELOCITY.start]])
-SIGN = np.where(ORDER == rows.TURN, -1.0, 1.0)
 
 
 def to_rows(features: np.ndarray, contacts: np.ndarray | None = None,
@@ -123,7 +120,7 @@ class Network:
         """P(X) = L+(L(X)); an odd last frame is doubled and dropped again.
         (T, 66), (T, 4)  ->  (T, 66)
         """
-        even, planted = _even(features), None if contacts is None else _even(contacts)
+        even, planted = search.even(features), None if contacts is None else search.even(contacts)
         return self.decode(self.encode(even, planted))[:len(features)]
 
     def manifold(self) -> Manifold:
@@ -151,7 +148,7 @@ def read(network: str, preprocess: str) -> Network:
     Raises FormatError when a file is another one or the two describe no body, OSError.
     """
     normaliser = read_preprocess(preprocess)
-    check_pair(normaliser, preprocess)
+    check_unit(normaliser, preprocess)
     return Network(read_network(network), normaliser)
 
 
@@ -190,7 +187,7 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
     if not len(windows):
         raise ValueError(
             f"style: found {len(wanted)} rows, needed more than {rows.SHORTEST} at 60 a second")
-    content = _even(content)
+    content = search.even(content)
     start = search.noise(np.random.default_rng([seed, 4]), len(content))
     found = search.transfer(content, windows[0], network.params, network.normaliser, start=start,
                             amount=amount, iterations=iterations,
@@ -201,9 +198,3 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
         moved = np.concatenate([moved, moved[-1:]])
     moved = f66.scale(moved[:len(take.features)], 1 / sizes[0])
     return onto_skeleton(take, moved, clean=clean)
-
-
-def _even(frames):
-    """Frames in an even number, the last one doubled, for the pooling.   (T, n)  ->  (T + T % 2, n)
-    """
-    return np.concatenate([frames, frames[-1:]]) if len(frames) % 2 else frames

@@ -86,7 +86,7 @@ def save_preprocess(path: str | Path, normaliser: Normaliser) -> None:
           {MEAN: normaliser.mean[None, :, None], DEVIATION: normaliser.deviation[None, :, None]})
 
 
-def check_pair(normaliser: Normaliser, path: str | Path) -> None:
+def check_unit(normaliser: Normaliser, path: str | Path) -> None:
     """Refuse a normaliser of another unit: contacts, floor and losses of the 2016 code know only
     its own.
 
@@ -108,10 +108,9 @@ def _arrays(path, names, kind):
     """These arrays of an `.npz` file, real and plausible, others left aside.   ->  {name: array}"""
     if is_special(path) and not Path(path).is_dir():
         raise FormatError(f"{path}: found a pipe or a device, needed {kind}, a file")
+    data = read_bytes(path, LARGEST_ARRAY)
     try:
-        found = read_arrays(read_bytes(path, LARGEST_ARRAY), names=tuple(names), most=LARGEST_ARRAY)
-    except FormatError:
-        raise
+        found = read_arrays(data, names=tuple(names), most=LARGEST_ARRAY)
     except ValueError as error:
         raise FormatError(
             f"{path}: found something else or a damaged file ({error}), needed {kind}, "

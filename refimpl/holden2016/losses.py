@@ -9,10 +9,8 @@ import numpy as np
 
 from .. import nn
 from ..holden2017 import losses
-from ..motion.features import FEATURES, FORWARD, SIDEWAYS
-from ..motion.features import POSITIONS as POSITIONS_OF_66, TURN as TURN_OF_66
 from ..motion.joints import FEET, SLOT
-from .rows import POSITIONS, TRAJECTORY, TURN, VELOCITY
+from .rows import ORDER, POSITIONS, SIGN, TRAJECTORY
 
 # Both arms hang from the neck, where `joints.BONES` has the chest: the code's parents.
 NECK = SLOT["Neck"]
@@ -28,20 +26,13 @@ def as_66(motion: np.ndarray) -> np.ndarray:
 
     motion : (N, 73, T)  ->  (N, 66, T)
     """
-    other = np.empty((len(motion), FEATURES, motion.shape[2]), motion.dtype)
-    other[:, POSITIONS_OF_66] = motion[:, POSITIONS]
-    other[:, SIDEWAYS], other[:, FORWARD] = motion[:, VELOCITY.start], motion[:, VELOCITY.start + 1]
-    other[:, TURN_OF_66] = -motion[:, TURN]
-    return other
+    return motion[:, ORDER] * SIGN[:, None].astype(motion.real.dtype)
 
 
 def as_66_backward(dother: np.ndarray, motion: np.ndarray) -> np.ndarray:
     """dother : (N, 66, T)  ->  dmotion (N, 73, T): reference joint and contacts get nothing"""
     dmotion = np.zeros_like(motion)
-    dmotion[:, POSITIONS] = dother[:, POSITIONS_OF_66]
-    dmotion[:, VELOCITY.start] = dother[:, SIDEWAYS]
-    dmotion[:, VELOCITY.start + 1] = dother[:, FORWARD]
-    dmotion[:, TURN] = -dother[:, TURN_OF_66]
+    dmotion[:, ORDER] = dother * SIGN[:, None].astype(motion.real.dtype)
     return dmotion
 
 

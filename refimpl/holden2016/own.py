@@ -27,7 +27,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import nn
 from ..holden2017 import losses
 from ..holden2017.networks import decode, decode_backward_to_input, encode
 from ..holden2017.objective import (CONSTRAINTS, WEIGHTS as TRAINING, Batch, Weights, column,
@@ -37,9 +36,9 @@ from ..holden2017.transfer import onto_skeleton
 from ..motion.dataset import to_scale
 from ..motion.features import FEATURES, VELOCITIES
 from ..motion.take import bone_lengths
-from .search import AMOUNT, noise
+from . import search
 
-STYLE = {"groups": 0.003, "2016": AMOUNT / (1 + AMOUNT)}          # s by the normaliser's form
+STYLE = {"groups": 0.003, "2016": search.AMOUNT / (1 + search.AMOUNT)}          # s by the normaliser's form
 # of the constraints, for centimetres
 WEIGHTS = replace(TRAINING["norm"], foot=0.001)
 
@@ -106,12 +105,8 @@ def minimise(H, backward, iterations, rate):
     """Adam on hidden units, its rate annealed like that of a training (`train.annealed`).
     backward : H ->  dH   ->  H
     """
-    params = {"H": H.copy()}
-    state = nn.adam_start(params)
-    for step in range(1, iterations + 1):
-        nn.adam_update(params, {"H": backward(params["H"])}, state,
-                       rate=annealed(rate, step, iterations))
-    return params["H"]
+    return search.minimise(H, None, backward, iterations, epsilon=1e-8,
+                           rate=lambda step: annealed(rate, step, iterations))
 
 
 def optimise(features, contacts, exemplars, manifold, *, bones=None, settings=Settings(),
@@ -127,8 +122,7 @@ def optimise(features, contacts, exemplars, manifold, *, bones=None, settings=Se
     params, normaliser = manifold.params, manifold.normaliser
     weights = weights or WEIGHTS.fitted(manifold.leg)
     s = STYLE[normaliser.form] if settings.style is None else settings.style
-    even = np.concatenate([features, features[-1:]]) if len(features) % 2 else features
-    planted = np.concatenate([contacts, contacts[-1:]]) if len(features) % 2 else contacts
+    even, planted = search.even(features), search.even(contacts)
     X = manifold.network_input(even)
     one = np.ones(1, X.dtype)
     content = encode(X, params)
@@ -138,7 +132,7 @@ def optimise(features, contacts, exemplars, manifold, *, bones=None, settings=Se
     start = content
     if settings.start == "noise":
         start = encode(
-            noise(np.random.default_rng([seed, 4]), X.shape[2], FEATURES).astype(X.dtype), params)
+            search.noise(np.random.default_rng([seed, 4]), X.shape[2], FEATURES).astype(X.dtype), params)
 
     H = minimise(start, lambda H: hidden_loss_backward(one, H, content, gram, style=s),
                  settings.iterations, settings.rate)

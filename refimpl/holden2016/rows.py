@@ -33,6 +33,10 @@ TURN = VELOCITY.stop
 TRAJECTORY = slice(VELOCITY.start, TURN + 1)
 CONTACTS = slice(TRAJECTORY.stop, TRAJECTORY.stop + 4)
 NUMBERS = CONTACTS.stop
+# Which of the 73 each of the 66 numbers of 2017 is, and its sign.
+ORDER = np.concatenate([np.arange(POSITIONS.start, POSITIONS.stop),
+                        [TURN, VELOCITY.start + 1, VELOCITY.start]])
+SIGN = np.where(ORDER == TURN, -1.0, 1.0)
 
 WINDOW, STEP, SHORTEST = 240, 120, 30
 # squared units a frame; units above the floor

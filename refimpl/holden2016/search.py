@@ -73,19 +73,39 @@ def tail(content: np.ndarray, found: np.ndarray) -> np.ndarray:
 
 
 def minimise(H: np.ndarray, loss: Callable, backward: Callable, iterations: int, *,
-             rate: float = RATE, epsilon: float = EPSILON, watch: Watch | None = None,
+             rate: float | Callable[[int], float] = RATE, epsilon: float = EPSILON, watch: Watch | None = None,
              name: str = "search") -> np.ndarray:
     """Adam on hidden units (`constrain`, with an epsilon of its own).
 
-    H : (1, m, U);  loss : H -> (1,), asked only where somebody watches;  backward : H -> dH   ->  H
+    H : (1, m, U);  loss : H -> (1,), asked only where somebody watches;  backward : H -> dH;
+    rate : a number, or what gives one for a step from 1 on   ->  H
     """
     params, state = {"H": H}, nn.adam_start({"H": H})
     for iteration in range(iterations):
         if watch:
             watch(name, iteration, float(loss(params["H"])[0]))
-        params, state = nn.adam_step(params, {"H": backward(params["H"])}, state, rate=rate,
-                                     epsilon=epsilon)
+        params, state = nn.adam_step(params, {"H": backward(params["H"])}, state, epsilon=epsilon,
+                                     rate=rate(iteration + 1) if callable(rate) else rate)
     return params["H"]
+
+
+def decoded_motion(H: np.ndarray, params: Params, normaliser: Normaliser) -> np.ndarray:
+    """L+(H) in units.   H : (N, m, U)  ->  (N, 73, 2 U)"""
+    X = decode(H, params)
+    mean, deviation = (a[:, None].astype(X.dtype) for a in (normaliser.mean, normaliser.deviation))
+    return X * deviation + mean
+
+
+def decoded_motion_backward(dmotion: np.ndarray, H: np.ndarray, params: Params,
+                            normaliser: Normaliser) -> np.ndarray:
+    """dmotion : (N, 73, 2 U)  ->  dH (N, m, U), through units, filters and the depooling's halves"""
+    dD = nn.conv_transpose1d(dmotion * normaliser.deviation[:, None].astype(H.dtype), params["Wd"])
+    return nn.avg_depool1d_backward(dD, H)
+
+
+def even(frames: np.ndarray) -> np.ndarray:
+    """Frames in an even number, the last one doubled, for the pooling.   (T, n)  ->  (T + T % 2, n)"""
+    return np.concatenate([frames, frames[-1:]]) if len(frames) % 2 else frames
 
 
 def constrained_loss(H: np.ndarray, params: Params, normaliser: Normaliser, contacts: np.ndarray,
@@ -94,17 +114,16 @@ def constrained_loss(H: np.ndarray, params: Params, normaliser: Normaliser, cont
 
     H : (N, m, U), contacts : (N, 4, 2 U), wanted : (N, 3, 2 U)  ->  (N,)
     """
-    return losses.constraint_loss(_in_units(decode(H, params), normaliser), contacts, wanted)
+    return losses.constraint_loss(decoded_motion(H, params, normaliser), contacts, wanted)
 
 
 def constrained_loss_backward(dloss: np.ndarray, H: np.ndarray, params: Params,
                               normaliser: Normaliser, contacts: np.ndarray,
                               wanted: np.ndarray) -> np.ndarray:
-    """dloss : (N,)  ->  dH (N, m, U), through units, filters and the depooling's halves"""
-    motion = _in_units(decode(H, params), normaliser)
+    """dloss : (N,)  ->  dH (N, m, U)"""
+    motion = decoded_motion(H, params, normaliser)
     dmotion = losses.constraint_loss_backward(dloss, motion, contacts, wanted)
-    dD = nn.conv_transpose1d(dmotion * normaliser.deviation[:, None].astype(H.dtype), params["Wd"])
-    return nn.avg_depool1d_backward(dD, H)
+    return decoded_motion_backward(dmotion, H, params, normaliser)
 
 
 def transfer(content: np.ndarray, style: np.ndarray, params: Params, normaliser: Normaliser, *,
@@ -143,8 +162,3 @@ def transfer(content: np.ndarray, style: np.ndarray, params: Params, normaliser:
     result = before_tail.copy()
     result[:, TRAJECTORY.start:] = last
     return Found(result, after_style, before_tail)
-
-
-def _in_units(X, normaliser):
-    mean, deviation = (a[:, None].astype(X.dtype) for a in (normaliser.mean, normaliser.deviation))
-    return X * deviation + mean

@@ -73,7 +73,7 @@ def load_checkpoint(path: str | Path, run: Run, like: Mapping[str, np.ndarray],
     Raises FormatError when it belongs to a run with other settings or other data, or is damaged.
     """
     arrays, facts = load_npz(
-        path, "checkpoint", VERSION, ("summary", ),
+        path, "checkpoint", VERSION, ("summary",),
         {"epoch": int, "steps": int, "names": list, "settings": str, "bits": str, "records": str})
     if facts["settings"] != run.settings or not _near(arrays["summary"], run.summary):
         raise FormatError(

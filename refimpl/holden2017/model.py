@@ -100,16 +100,14 @@ def load_manifold(path):
 def save_style(path, style):
     """Write a Style together with its Manifold, so that one file is enough to stylise a clip."""
     seen = style.known or Known(np.zeros((0, NUMBERS), np.float32), np.ones(NUMBERS), 1.0)
-    save_npz(
-        path, "style", STYLE_VERSION, {
-            **style.params, **style.manifold.params,
-            **_skeleton_arrays(style.manifold), "weights": np.array(
-                [getattr(style.weights, name) for name in WEIGHED], dtype=float),
-            "pieces": seen.pieces, "piece_scale": seen.scale}, {
-                **_facts(style.manifold), "name": style.name, "contents": list(
-                    style.pairs), "exemplar_contents": list(style.pairs.values()), "learned": list(
-                        style.learned), "exemplars": list(style.exemplars),
-                "reading": style.weights.reading, "usual": seen.usual})
+    weights = np.array([getattr(style.weights, name) for name in WEIGHED], dtype=float)
+    arrays = {**style.params, **style.manifold.params, **_skeleton_arrays(style.manifold),
+              "weights": weights, "pieces": seen.pieces, "piece_scale": seen.scale}
+    facts = {**_facts(style.manifold), "name": style.name, "contents": list(style.pairs),
+             "exemplar_contents": list(style.pairs.values()), "learned": list(style.learned),
+             "exemplars": list(style.exemplars), "reading": style.weights.reading,
+             "usual": seen.usual}
+    save_npz(path, "style", STYLE_VERSION, arrays, facts)
 
 
 def load_style(path):
@@ -136,7 +134,7 @@ def load_style(path):
             f"{len(facts['exemplar_contents'])} of exemplars, needed pairs")
     values = arrays["weights"]
     if facts["reading"] not in READINGS or values.shape != (
-            len(WEIGHED), ) or values.dtype != float or not (np.isfinite(values) &
+            len(WEIGHED),) or values.dtype != float or not (np.isfinite(values) &
                                                              (values >= 0)).all():
         raise FormatError(
             f"{path}: found weights {values.dtype} {values.shape} and reading "
@@ -150,7 +148,7 @@ def load_style(path):
 
 def _known(path, arrays, facts):
     pieces, scale = arrays["pieces"], arrays["piece_scale"]
-    if (pieces.ndim != 2 or pieces.shape[1:] != scale.shape or scale.shape != (NUMBERS, )
+    if (pieces.ndim != 2 or pieces.shape[1:] != scale.shape or scale.shape != (NUMBERS,)
             or pieces.dtype != np.float32 or scale.dtype != float
             or not (plausible(pieces) and plausible(scale) and
                     (scale > 0).all() and 0 < facts["usual"] < np.inf)):
@@ -174,8 +172,8 @@ def _facts(manifold):
 
 
 def _manifold(path, arrays, facts):
-    for name, shape in (("mean", (FEATURES, )), ("deviation", (FEATURES, )), ("bones",
-                                                                              (len(BONES), ))):
+    for name, shape in (("mean", (FEATURES,)), ("deviation", (FEATURES,)), ("bones",
+                                                                              (len(BONES),))):
         if arrays[name].shape != shape or arrays[name].dtype != float or not plausible(
                 arrays[name]):
             raise FormatError(
@@ -203,7 +201,7 @@ def _manifold(path, arrays, facts):
 def _check_decoder(path, params):
     V, c, W = params.get("V0"), params.get("c0"), params["W0"]
     if V is None or c is None or V.shape != W.shape or c.shape != (
-            FEATURES, ) or V.dtype != W.dtype or c.dtype != W.dtype or not (plausible(V)
+            FEATURES,) or V.dtype != W.dtype or c.dtype != W.dtype or not (plausible(V)
                                                                             and plausible(c)):
         raise FormatError(
             f"{path}: found a decoder that does not fit W0 {W.dtype} {W.shape}, needed plausible "
@@ -213,7 +211,7 @@ def _check_decoder(path, params):
 def _check_filters(path, params, filters, biases, c_out, c_in):
     W, b = params[filters], params[biases]
     if W.ndim != 3 or not W.size or W.shape[:2] != (c_out, c_in) or b.shape != (
-            c_out, ) or W.dtype != b.dtype or W.dtype not in (np.float32, np.float64):
+            c_out,) or W.dtype != b.dtype or W.dtype not in (np.float32, np.float64):
         raise FormatError(
             f"{path}: found {filters} {W.dtype} {W.shape} and {biases} {b.dtype} {b.shape}, "
             f"needed ({c_out}, {c_in}, width) and ({c_out},) of one floating-point type")

@@ -29,11 +29,10 @@ class StyleStep:
     def __init__(self, B, T, params, loss_network, mean, deviation, weights, terms=EQUATION_10):
         _check_even(T)
         self.names = [term.name for term in terms]
-        self.content, self.style = ((term.weight_of(weights) if term.name in self.names else 0.0)
-                                    for term in (CONTENT, STYLE))
-        self.of_hidden = [
-            term for term in reading("hidden", terms)
-            if term.name not in (CONTENT.name, STYLE.name)]
+        here = [next((t for t in terms if t.loss is term.loss), replace(term, weight=0.0))
+                for term in (CONTENT, STYLE)]
+        self.content, self.style = (term.weight_of(weights) for term in here)
+        self.of_hidden = [term for term in reading("hidden", terms) if term not in here]
         self.of_motion = reading("motion", terms)
         self.W0, self.b0 = loss_network["W0"], loss_network["b0"]
         dtype, (m, features, _) = self.W0.dtype, self.W0.shape

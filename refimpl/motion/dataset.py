@@ -249,7 +249,7 @@ def load_dataset(path):
             and arrays["features"].dtype == arrays["bones"].dtype == float and len(names) ==
             len(contents) == len(styles) == len(lengths) == len(arrays["held_out"]) > 0
             and arrays["features"].shape == (lengths.sum(), FEATURES) and arrays["contacts"].shape
-            == (lengths.sum(), 4) and arrays["bones"].shape == (len(BONES), ) and
+            == (lengths.sum(), 4) and arrays["bones"].shape == (len(BONES),) and
             (lengths > 0).all() and arrays["fps"].shape == lengths.shape
             and arrays["fps"].dtype == float and (arrays["fps"] > 0).all()
             and np.isfinite(arrays["fps"]).all() and plausible(arrays["features"])

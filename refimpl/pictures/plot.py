@@ -27,9 +27,9 @@ DPI = 120
 
 CHAINS = {"trunk": ("Hips", "Spine", "Chest", "Neck", "Head")}
 for _side in ("Left", "Right"):
-    CHAINS[f"{_side} leg"] = ("Hips", ) + tuple(_side + part
+    CHAINS[f"{_side} leg"] = ("Hips",) + tuple(_side + part
                                                 for part in ("UpLeg", "Leg", "Foot", "Toe"))
-    CHAINS[f"{_side} arm"] = ("Chest", ) + tuple(_side + part
+    CHAINS[f"{_side} arm"] = ("Chest",) + tuple(_side + part
                                                  for part in ("Arm", "ForeArm", "Hand", "Finger"))
 _INDICES = {name: [SLOT[joint] for joint in chain] for name, chain in CHAINS.items()}
 

@@ -1,5 +1,7 @@
 """Equation 10 as a whole, through T and the loss network, by finite differences; and training that learns."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -208,6 +210,21 @@ def test_terms_from_outside_are_summed_named_and_trained_with(order):
     runs = [list(train.train_style(lesson, manifold, epochs=2, channels=4, width=3, terms=chosen)) for chosen in (terms, EQUATION_10)]
     assert set(runs[0][-1][0].losses) == {"loss", *(term.name for term in terms)}
     assert not np.array_equal(runs[0][-1][1].params["W1"], runs[1][-1][1].params["W1"])
+
+
+def test_a_term_weighed_by_its_own_weight_and_another_of_a_known_name():
+    """The fast step knows content and style by what they compute, not by their names."""
+    T, batch, L, mean, deviation, weights = problem(6)
+    heavier = tuple(replace(term, weight=3.0) if term.name == "content" else term for term in EQUATION_10)
+    impostor = tuple(replace(MINE[1], name="style") if term.name == "style" else term for term in EQUATION_10)
+    for terms in (heavier, impostor):
+        found = objective.total_loss(T, batch, L, mean, deviation, weights, terms=terms)[1]
+        fast, gradients = StyleStep(2, 8, T, L, mean, deviation, weights, terms)(T, batch)
+        needed = objective.total_loss_backward(1.0, T, batch, L, mean, deviation, weights, terms=terms)
+        for name, value in found.items():
+            np.testing.assert_allclose(fast[name], value, rtol=1e-12)
+        for name in needed:
+            np.testing.assert_allclose(gradients[name], needed[name], atol=1e-12 * np.abs(needed[name]).max())
 
 
 def test_a_sum_of_some_terms_alone():
