@@ -1,32 +1,73 @@
-r"""The two training steps with everything shared that is shared: losses and gradients of one batch
-in one walk forwards and one backwards.
+r"""Losses and gradients of one batch with everything shared that is shared, in one walk forwards and
+one backwards: what training asks for, handed in as `gradients`.
 
-`objective.total_loss` with its backward, and `networks.autoencoder_loss` with its own, are the
-definitions; these give the same numbers (tested). They compute no layer twice, read a window's
-spectrum once for T's first layer and for the loss network, decode at half resolution, and keep
-every large array from step to step. Arrays are channel-last, (B, T, C). What comes back lasts until
-the next call.
+`holden2017.objective.total_loss` with its backward, and `holden2017.networks.autoencoder_loss` with
+its own, are the definitions; these give the same numbers (tested). They compute no layer twice, read
+a window's spectrum once for T's first layer and for the loss network, decode at half resolution, and
+keep every large array from step to step. Arrays are channel-last, (B, T, C). What comes back lasts
+until the next call.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from ..nn.plan import Plan
+from ..holden2017.networks import Reconstruction
+from ..holden2017.objective import (CONTENT, EQUATION_10, STYLE, Batch, Terms, Weights, denormalise,
+                                    reading, term_losses, term_losses_backward)
 from ..nn.sums import wide_sum
-from .half import half_filters, half_filters_backward, taps
-from .objective import CONTENT, EQUATION_10, STYLE, denormalise, reading, term_losses, term_losses_backward
+from .decoder import half_filters, half_filters_backward, taps
+from .spectral import Plan
+
+Params = Mapping[str, np.ndarray]
+Found = tuple[dict[str, Any], dict[str, np.ndarray]]
+
+
+class StyleGradients:
+    """`holden2017.objective.style_gradients`: the same arguments, (params, Batch) -> losses,
+    gradients. A step is made for each size of batch and kept."""
+
+    def __init__(self, *constants: Any):
+        self.constants, self.steps = constants, {}
+
+    def __call__(self, params: Params, batch: Batch) -> Found:
+        B, _, T = batch.I.shape
+        if (B, T) not in self.steps:
+            self.steps[B, T] = StyleStep(B, T, params, *self.constants)
+        return self.steps[B, T](params, batch)
+
+
+class AutoencoderGradients:
+    """`holden2017.networks.autoencoder_gradients`: of alpha, (params, Reconstruction) -> losses,
+    gradients. A step is made for each size of batch and kept."""
+
+    def __init__(self, alpha: float):
+        self.alpha, self.steps = alpha, {}
+
+    def __call__(self, params: Params, batch: Reconstruction) -> Found:
+        (B, _, T), random = batch.X.shape, batch.chosen is not None
+        if (B, T, random) not in self.steps:
+            self.steps[B, T, random] = AutoencoderStep(B, T, params, alpha=self.alpha,
+                                                       random=random)
+        loss, gradients = self.steps[B, T, random](params, batch.X, batch.noisy, batch.chosen)
+        return {"loss": loss}, gradients
+
+
+style_gradients, autoencoder_gradients = StyleGradients, AutoencoderGradients
 
 
 class StyleStep:
-    r"""Equation 10 and its gradient for batches of B windows of T frames.
+    r"""The objective and its gradient for batches of B windows of T frames.
 
-    loss_network : W0, b0, constants;  mean, deviation : (66,) of the normaliser;  weights : Weights
-    for the data's unit;
+    loss_network : W0, b0, constants;  mean, deviation : (66,) of the normaliser;  weights : for the
+    data's unit
     terms : of the objective; content and style are computed here, all others as they are written
     """
 
-    def __init__(self, B, T, params, loss_network, mean, deviation, weights, terms=EQUATION_10):
+    def __init__(self, B: int, T: int, params: Params, loss_network: Params, mean: np.ndarray,
+                 deviation: np.ndarray, weights: Weights, terms: Terms = EQUATION_10):
         _check_even(T)
         self.names = [term.name for term in terms]
         here = [next((t for t in terms if t.loss is term.loss), replace(term, weight=0.0))
@@ -36,26 +77,24 @@ class StyleStep:
         self.of_motion = reading("motion", terms)
         self.W0, self.b0 = loss_network["W0"], loss_network["b0"]
         dtype, (m, features, _) = self.W0.dtype, self.W0.shape
-        self.mean, self.deviation, self.weights = mean.astype(dtype), deviation.astype(
-            dtype), weights
+        self.mean, self.deviation = mean.astype(dtype), deviation.astype(dtype)
+        self.weights = weights
         (c1, _, K), (c2, _, K2), (_, _, K3) = (params[name].shape for name in ("W1", "W2", "W3"))
 
-        def plan(C, O, width):
+        def _plan(C, O, width):
             return Plan(B, T, C, O, width, dtype, left=(width - 1) // 2)
 
-        # then W1 and W0 are one bank of filters for I
-        self.same_width = K == self.W0.shape[2]
-        self.layers = [
-            plan(features, c1 + m if self.same_width else c1, K),
-            plan(c1, c2, K2),
-            plan(c2, features, K3)]
-        self.of_input = self.layers[0] if self.same_width else plan(features, m, self.W0.shape[2])
-        self.encoder = plan(features, m, self.W0.shape[2])
+        self.same_width = K == self.W0.shape[2]   # then W1 and W0 are one bank of filters for I
+        self.layers = [_plan(features, c1 + m if self.same_width else c1, K), _plan(c1, c2, K2),
+                       _plan(c2, features, K3)]
+        self.of_input = (self.layers[0] if self.same_width
+                         else _plan(features, m, self.W0.shape[2]))
+        self.encoder = _plan(features, m, self.W0.shape[2])
         self.V0 = self.encoder.spectra(self.W0)
         first = self.layers[0]
         self.bank = np.empty((3, first.n // 2, features, first.shape[3]), dtype)
-        self.V_input = self.of_input.spectra(self.W0,
-                                             out=self.bank[..., c1:] if self.same_width else None)
+        self.V_input = self.of_input.spectra(
+            self.W0, out=self.bank[..., c1:] if self.same_width else None)
         self.V1 = self.bank[..., :c1]
         self.V2, self.V3 = (np.empty((3, p.n // 2) + p.shape[2:4], dtype) for p in self.layers[1:])
         self.H, self.D, self.dH = (np.empty((B, T // 2, m), dtype) for _ in range(3))
@@ -63,9 +102,11 @@ class StyleStep:
         self.first, self.active = np.empty((B, T // 2, m), bool), np.empty((B, T // 2, m), bool)
         self.masks = [np.empty((B, T, c), bool) for c in (c1, c2)]
 
-    def __call__(self, params, batch):
+    def __call__(self, params: Params, batch: Batch) -> Found:
         """->  {term: mean over the Batch}, gradients with the keys of params"""
         O, H_input = self._forward(params, batch.I)
+        if batch.hidden is not None:
+            H_input[:] = batch.hidden.swapaxes(1, 2)
         found, dO = self._perceptual(O, H_input, batch)
         if self.of_motion:
             of_motion, dmotion = self._constraints(O, batch)
@@ -80,8 +121,7 @@ class StyleStep:
         for plan, name, V in ((one, "W1", self.V1), (two, "W2", self.V2), (three, "W3", self.V3)):
             plan.spectra(params[name], out=V)
         one.input[:] = I.swapaxes(1, 2)
-        # (B, T, 128 + 256): T's first layer, and the loss network's of I
-        Z = one.forward(self.bank)
+        Z = one.forward(self.bank)       # (B, T, 128 + 256): T's first layer, the loss network's of I
         if self.same_width:
             Z_input = Z[..., c1:]
         else:
@@ -101,14 +141,15 @@ class StyleStep:
         return O, self.D
 
     def _perceptual(self, O, H_input, batch):
-        """What reads hidden units, equations 4 and 5 foremost, and its gradient with respect to O.
+        """What reads hidden units, content and style foremost, and its gradient with respect to O.
+
         ->  {term: mean}, dO (B, T, 66)
         """
         B, w = len(O), self.weights
         self.encoder.input[:] = O
         Z = self.encoder.forward(self.V0)
         Z += self.b0
-        pool_into(Z, self.H, self.first, self.active)
+        _pool_into(Z, self.H, self.first, self.active)
         others, d_others = self._other_terms(batch, H_input)
         D = np.subtract(self.H, H_input, out=self.D)
         R = np.matmul(self.H.swapaxes(1, 2), self.H, out=self.R)
@@ -116,44 +157,41 @@ class StyleStep:
             r -= target
         content, d_content = _read(D, w.reading)
         style, d_style = _read(R, w.reading)
-        # R is symmetric: (dG + dG^T) h = 2 dG h
-        R *= (2 * self.style / B) * d_style
+        R *= (2 * self.style / B) * d_style                # symmetric: (dG + dG^T) h = 2 dG h
         D *= (self.content / B) * d_content
         dH = np.matmul(self.H, R, out=self.dH)
         dH += D
         if d_others is not None:
             dH += d_others.swapaxes(1, 2)
-        unpool_into(dH, self.first, self.active, self.dZ)
+        _unpool_into(dH, self.first, self.active, self.dZ)
         dO, _ = self.encoder.backward(self.dZ.reshape(Z.shape), self.V0, to_filters=False)
-        return {
-            "content": self.content * content.mean(), "style": self.style * style.mean(),
-            **others}, dO
+        return {"content": self.content * content.mean(), "style": self.style * style.mean(),
+                **others}, dO
 
     def _other_terms(self, batch, H_input):
-        """Terms from outside that read hidden units.   ->  {term: mean}, dH (B, m, T / 2) or None
+        """Terms from outside that read hidden units.
+
+        ->  {term: mean}, dH (B, m, T / 2) or None
         """
         if not self.of_hidden:
             return {}, None
         each = np.full(len(self.H), 1 / len(self.H), self.H.dtype)
-        H, batch = np.ascontiguousarray(self.H.swapaxes(1, 2)), replace(
-            batch, hidden=H_input.swapaxes(1, 2).copy())
+        H = np.ascontiguousarray(self.H.swapaxes(1, 2))
+        batch = replace(batch, hidden=H_input.swapaxes(1, 2).copy())
         found = term_losses(H, batch, self.of_hidden, self.weights)
-        return {name: loss.mean()
-                for name, loss in found.items()}, term_losses_backward(each, H, batch,
-                                                                       self.of_hidden, self.weights)
+        return ({name: loss.mean() for name, loss in found.items()},
+                term_losses_backward(each, H, batch, self.of_hidden, self.weights))
 
     def _constraints(self, O, batch):
-        """What reads motion, equations 7 to 9.
-        ->  {term: mean}, gradient with respect to O as (B, 66, T)
-        """
+        """What reads motion.   ->  {term: mean}, gradient with respect to O as (B, 66, T)"""
         each = np.full(len(O), 1 / len(O), O.dtype)
         motion = np.ascontiguousarray((O * self.deviation + self.mean).swapaxes(1, 2))
         if any(term not in EQUATION_10 for term in self.of_motion):
             batch = replace(batch, motion=denormalise(batch.I, self.mean, self.deviation))
         found = term_losses(motion, batch, self.of_motion, self.weights)
         dmotion = term_losses_backward(each, motion, batch, self.of_motion, self.weights)
-        return {name: loss.mean()
-                for name, loss in found.items()}, dmotion * self.deviation[:, None]
+        return ({name: loss.mean() for name, loss in found.items()},
+                dmotion * self.deviation[:, None])
 
     def _backward(self, dO):
         one, two, three = self.layers
@@ -170,12 +208,14 @@ class StyleStep:
 
 
 class AutoencoderStep:
-    """Equation 3 (`mean=True`) and its gradient for batches of B windows of T frames, T even.
+    """The loss network's loss (`mean=True`) and its gradient for batches of B windows of T frames,
+    T even.
 
     random : whether it decodes with depooling by chance, which needs the full resolution
     """
 
-    def __init__(self, B, T, params, *, alpha=0.01, random=False):
+    def __init__(self, B: int, T: int, params: Params, *, alpha: float = 0.01,
+                 random: bool = False):
         _check_even(T)
         W0, self.alpha, self.random = params["W0"], alpha, random
         dtype, (m, features, K) = W0.dtype, W0.shape
@@ -190,8 +230,10 @@ class AutoencoderStep:
         self.H, self.dZ = np.empty((B, T // 2, m), dtype), np.empty((B, T // 2, 2, m), dtype)
         self.first, self.active = np.empty((B, T // 2, m), bool), np.empty((B, T // 2, m), bool)
 
-    def __call__(self, params, X, noisy=None, chosen=None):
+    def __call__(self, params: Params, X: np.ndarray, noisy: np.ndarray | None = None,
+                 chosen: np.ndarray | None = None) -> tuple[float, dict[str, np.ndarray]]:
         """X, noisy : (B, 66, T);  chosen : (B, m, T // 2) with `random`
+
         ->  loss, gradients with the keys of params
         """
         W0, b0 = params["W0"], params["b0"]
@@ -202,9 +244,8 @@ class AutoencoderStep:
         self.encoder.input[:] = (X if noisy is None else noisy).swapaxes(1, 2)
         Z = self.encoder.forward(self.V)
         Z += b0
-        pool_into(Z, self.H, self.first, self.active)
-        # (B, T / 2, m)
-        later = chosen.swapaxes(1, 2).astype(bool) if self.random else None
+        _pool_into(Z, self.H, self.first, self.active)
+        later = None if chosen is None else chosen.swapaxes(1, 2).astype(bool)   # (B, T / 2, m)
         self._depool_into(self.decoder.input, later)
         self.decoder.input -= b0
         # (B, T, 66), or (B, T / 2, 2 x 66) in the same order
@@ -212,17 +253,16 @@ class AutoencoderStep:
         shape = error.shape
         error = error.reshape(len(X), -1, X.shape[1])
         error -= X.swapaxes(1, 2)
-        loss = sum(
-            float(np.vdot(e, e))
-            for e in error) / error.size + self.alpha * (np.abs(W0).sum() + np.abs(b0).sum()) / size
+        loss = (sum(float(np.vdot(e, e)) for e in error) / error.size
+                + self.alpha * (np.abs(W0).sum() + np.abs(b0).sum()) / size)
         error *= Z.dtype.type(2 / error.size)
         dD, from_decoder = self.decoder.backward(error.reshape(shape), self.V_decoder)
         db0 = -wide_sum(dD, (0, 1))
-        unpool_into(self._gathered(dD, later), self.first, self.active, self.dZ)
+        _unpool_into(self._gathered(dD, later), self.first, self.active, self.dZ)
         dZ = self.dZ.reshape(Z.shape)
         dW0 = self.encoder.backward(dZ, None, to_input=False)[1]
-        dW0 += _transposed(from_decoder) if self.random else half_filters_backward(
-            from_decoder, W0.shape[2])
+        dW0 += (_transposed(from_decoder) if self.random
+                else half_filters_backward(from_decoder, W0.shape[2]))
         dW0 += Z.dtype.type(self.alpha / size) * np.sign(W0)
         db0 += wide_sum(dZ, (0, 1)) + Z.dtype.type(self.alpha / size) * np.sign(b0)
         return loss, {"W0": dW0, "b0": db0}
@@ -247,15 +287,15 @@ class AutoencoderStep:
 
 def _transposed(W):
     """Filters of a transposed convolution as those of a correlation, and back.
+
     (m, C, K)  ->  (C, m, K)
     """
     return W[:, :, ::-1].swapaxes(0, 1)
 
 
-def pool_into(Z, H, first, active):
+def _pool_into(Z, H, first, active):
     """H = relu(max-pool(Z)); where the first of a pair is the largest (the tie rule), and where H
-    is above 0.   Z : (B, T, m)  ->  (B, T / 2, m)
-    """
+    is above 0.   Z : (B, T, m)  ->  (B, T / 2, m)"""
     even, odd = Z[:, 0::2], Z[:, 1::2]
     np.greater_equal(even, odd, out=first)
     np.maximum(even, odd, out=H)
@@ -263,8 +303,9 @@ def pool_into(Z, H, first, active):
     np.greater(H, 0, out=active)
 
 
-def unpool_into(dH, first, active, dZ):
+def _unpool_into(dH, first, active, dZ):
     """The gradient goes to the first largest of each pair, where the unit is active. dH is used up.
+
     (B, T / 2, m)  ->  dZ (B, T / 2, 2, m)
     """
     dH *= active
@@ -274,20 +315,19 @@ def unpool_into(dH, first, active, dZ):
 
 def _check_even(T):
     if T % 2:
-        raise ValueError(
-            f"T: found {T} frames, needed an even number for the pooling; cut or double the last "
-            "frame")
+        raise ValueError(f"T: found {T} frames, needed an even number for the pooling; cut or "
+                         "double the last frame")
 
 
 def _read(r, reading):
     """The bars of equations 4 and 5 for each clip, and what r is multiplied by in their gradient.
+
     (B, ...)  ->  (B,), (B, 1, 1)
     """
     squares = np.array([np.vdot(one, one) for one in r])
     if reading == "norm":
-        size = np.sqrt(squares)
-        # 0 at a norm of 0 (the kink rule)
-        values, factors = size, 1 / np.where(size == 0, np.inf, size)
+        values = np.sqrt(squares)
+        factors = 1 / np.where(values == 0, np.inf, values)      # 0 at a norm of 0 (the kink rule)
     else:
         count = r[0].size if reading == "mean_squares" else 1
         values, factors = squares / count, np.full(len(r), 2 / count)

@@ -5,8 +5,10 @@ Average-depooling gives both frames of a pair the same value, so each of two nei
 filter meets it:
 
     D[2u] = D[2u+1] = E[u],   E = H / 2 - b0
-    X[c, 2u + r] = sum_{m, k} W0[m, c, K-1-k] D[m, 2u + r + k - l]                             l = K - 1 - (K - 1) // 2, r = 0 or 1
-                 = sum_{m, j} V[2 * c-block r, m, j] E[m, u + j - left],   V[(r, c), m, j] = sum over k with (r + k - l) // 2 = j - left of W0[m, c, K-1-k]
+    X[c, 2u + r] = sum_{m, k} W0[m, c, K-1-k] D[m, 2u + r + k - l]
+                 = sum_{m, j} V[(r, c), m, j] E[m, u + j - left],
+    V[(r, c), m, j] = sum over k with (r + k - l) // 2 = j - left of W0[m, c, K-1-k],
+    l = K - 1 - (K - 1) // 2,   r = 0 or 1
 
 One correlation to 132 channels, 66 for the even frames and 66 for the odd ones, which lie beside
 each other in channel-last order as they should.
@@ -15,18 +17,28 @@ each other in channel-last order as they should.
 import numpy as np
 
 
-def taps(K):
+def taps(K: int) -> tuple[np.ndarray, int, int]:
     """Where each tap of a filter goes.
+
     ->  j (2, K) for the even and odd frames, number of half-resolution taps, zeros before the first
     frame
+
+    >>> taps(25)[1:]
+    (13, 6)
     """
     reach = K - 1 - (K - 1) // 2
     j = (np.arange(2)[:, None] + np.arange(K) - reach) // 2
     return j - j.min(), int(j.max() - j.min()) + 1, int(-j.min())
 
 
-def half_filters(W0):
-    """V of the equation above.   (m, C, K)  ->  (2 C, m, taps)"""
+def half_filters(W0: np.ndarray) -> np.ndarray:
+    """V of the equation above.   (m, C, K)  ->  (2 C, m, taps)
+
+    >>> half_filters(np.array([[[1.0, 2, 3]]]))
+    array([[[3., 3.]],
+    <BLANKLINE>
+           [[5., 1.]]])
+    """
     m, C, K = W0.shape
     j, count, _ = taps(K)
     V = np.zeros((count, 2, m, C), W0.dtype)
@@ -37,8 +49,9 @@ def half_filters(W0):
     return V.transpose(1, 3, 2, 0).reshape(2 * C, m, count)
 
 
-def half_filters_backward(dV, K):
+def half_filters_backward(dV: np.ndarray, K: int) -> np.ndarray:
     """Every tap gets the gradient of its sum, for even and odd frames.
+
     (2 C, m, taps)  ->  (m, C, K)
     """
     _, m, count = dV.shape
