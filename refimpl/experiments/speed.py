@@ -13,7 +13,8 @@ import numpy as np
 
 from .. import nn
 from ..holden2017 import networks
-from ..fast.gradients import AutoencoderStep, StyleStep
+from ..fast.autoencoder import AutoencoderStep
+from ..fast.gradients import StyleStep
 from ..fast.stylist import Stylist
 from ..holden2017.objective import CONTENT, STYLE, Batch, Weights
 from ..motion.joints import BONES

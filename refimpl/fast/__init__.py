@@ -7,9 +7,11 @@ this room as it judges a stranger's.
 
 - `spectral`: overlap-save tiles, and the discrete Fourier transform as matrix products.
 - `conv`: the convolutions of `nn` by tiles.   `decoder`: the decoder at half resolution.
-- `stylist`: T and P with kept spectra, long clips in blocks.   `networks`: the functions to hand in.
-- `gradients`: losses and gradients of a batch in one walk.   `shards`: a batch in parts, by threads,
-  processes or machines.   `backend`: what the conformance kit judges.
+- `stylist`: T and P with kept spectra, long clips in blocks.
+  `networks`: the functions to hand in.
+- `gradients`, `autoencoder`: losses and gradients of a batch in one walk, to hand in.
+  `shards`: a batch in parts, by threads, processes or machines.
+- `backend`: what the conformance kit judges.
 """
 
 from .backend import BACKEND

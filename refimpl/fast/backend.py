@@ -1,8 +1,9 @@
 """This room as the conformance kit asks for it: functions of arrays alone, under the names of the
 operations. What comes back is a copy, since the fast forms answer in arrays that they keep.
 
-Every filter goes by tiles here, also those that are faster directly. What a fast form does not serve
-(strides, dilation, groups, sums for means, depooling by choice in `decode`) is the definition's.
+Every filter goes by tiles here, also those that are faster directly. What a fast form does not
+serve (strides, dilation, groups, sums for means, depooling by choice in `decode`) is the
+definition's.
 """
 
 from functools import partial
@@ -62,7 +63,7 @@ def autoencoder_loss(X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *, alpha: fl
     params = {"W0": W0, "b0": b0}
     if not mean:
         return text.autoencoder_loss(X, params, alpha=alpha, mean=mean, chosen=chosen)
-    loss, _ = gradients.AutoencoderGradients(alpha)(params, text.Reconstruction(X, None, chosen))
+    loss, _ = gradients.autoencoder_gradients(alpha)(params, text.Reconstruction(X, None, chosen))
     return X.dtype.type(loss["loss"])
 
 
@@ -75,7 +76,7 @@ def autoencoder_loss_backward(
     if mean:
         batch = text.Reconstruction(X, None, chosen)
         g = {name: W0.dtype.type(dloss) * gradient for name, gradient
-             in gradients.AutoencoderGradients(alpha)(params, batch)[1].items()}
+             in gradients.autoencoder_gradients(alpha)(params, batch)[1].items()}
     return dX, g["W0"], g["b0"]
 
 
@@ -94,7 +95,7 @@ def total_loss_backward(dloss: Any, *arrays: np.ndarray, reading: str = "norm",
 
 
 def _problem(arrays, reading, c):
-    step = gradients.StyleGradients({"W0": c["W0"], "b0": c["b0"]}, c["mean"], c["deviation"],
+    step = gradients.style_gradients({"W0": c["W0"], "b0": c["b0"]}, c["mean"], c["deviation"],
                                     WEIGHTS[reading])
     batch = Batch(c["I"], c["gram"], c["contacts"], c["bones"], c["trajectory"], c["hidden"])
     return step, dict(zip(T_NAMES, arrays)), batch

@@ -59,3 +59,30 @@ def half_filters_backward(dV: np.ndarray, K: int) -> np.ndarray:
     by_tap = dV.reshape(2, -1, m, count).transpose(0, 3, 2, 1)   # (2, taps, m, C)
     dW0 = by_tap[0, j[0]] + by_tap[1, j[1]]                      # (K, m, C)
     return dW0.transpose(1, 2, 0)[:, :, ::-1]
+
+
+def pool_into(Z: np.ndarray, H: np.ndarray, first: np.ndarray, active: np.ndarray) -> None:
+    """H = relu(max-pool(Z)); where the first of a pair is the largest (the tie rule), and where H
+    is above 0.   Z : (B, T, m)  ->  (B, T / 2, m)"""
+    even, odd = Z[:, 0::2], Z[:, 1::2]
+    np.greater_equal(even, odd, out=first)
+    np.maximum(even, odd, out=H)
+    np.maximum(H, 0, out=H)
+    np.greater(H, 0, out=active)
+
+
+def unpool_into(dH: np.ndarray, first: np.ndarray, active: np.ndarray, dZ: np.ndarray) -> None:
+    """The gradient goes to the first largest of each pair, where the unit is active. dH is used up.
+
+    (B, T / 2, m)  ->  dZ (B, T / 2, 2, m)
+    """
+    dH *= active
+    np.multiply(dH, first, out=dZ[:, :, 0])
+    np.subtract(dH, dZ[:, :, 0], out=dZ[:, :, 1])
+
+
+def check_even(T: int) -> None:
+    """Raise ValueError for an odd number of frames, which the pooling cannot halve."""
+    if T % 2:
+        raise ValueError(f"T: found {T} frames, needed an even number for the pooling; cut or "
+                         "double the last frame")

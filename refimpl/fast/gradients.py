@@ -1,61 +1,47 @@
-r"""Losses and gradients of one batch with everything shared that is shared, in one walk forwards and
-one backwards: what training asks for, handed in as `gradients`.
+r"""Losses and gradients of one batch with everything shared that is shared, in one walk forwards
+and one backwards: what training asks for, handed in as `gradients`.
 
-`holden2017.objective.total_loss` with its backward, and `holden2017.networks.autoencoder_loss` with
-its own, are the definitions; these give the same numbers (tested). They compute no layer twice, read
-a window's spectrum once for T's first layer and for the loss network, decode at half resolution, and
-keep every large array from step to step. Arrays are channel-last, (B, T, C). What comes back lasts
-until the next call.
+`holden2017.objective.total_loss` with its backward is the definition, and for the loss network,
+which `autoencoder` has, `holden2017.networks.autoencoder_loss`; these give the same numbers
+(tested). They compute no layer twice, read a window's spectrum once for T's first layer and for the
+loss network, decode at half resolution, and keep every large array from step to step. Arrays are
+channel-last, (B, T, C). What comes back lasts until the next call.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ..holden2017.networks import Reconstruction
 from ..holden2017.objective import (CONTENT, EQUATION_10, STYLE, Batch, Terms, Weights, denormalise,
                                     reading, term_losses, term_losses_backward)
 from ..nn.sums import wide_sum
-from .decoder import half_filters, half_filters_backward, taps
+from .autoencoder import autoencoder_gradients
+from .decoder import check_even, pool_into, unpool_into
 from .spectral import Plan
+
+__all__ = ["StyleStep", "autoencoder_gradients", "style_gradients"]
 
 Params = Mapping[str, np.ndarray]
 Found = tuple[dict[str, Any], dict[str, np.ndarray]]
 
 
-class StyleGradients:
-    """`holden2017.objective.style_gradients`: the same arguments, (params, Batch) -> losses,
-    gradients. A step is made for each size of batch and kept."""
+def style_gradients(loss_network: Params, mean: np.ndarray, deviation: np.ndarray, weights: Weights,
+                    terms: Terms = EQUATION_10) -> Callable[[Params, Batch], Found]:
+    """`holden2017.objective.style_gradients`: (params, Batch) -> {term: mean}, gradients.
 
-    def __init__(self, *constants: Any):
-        self.constants, self.steps = constants, {}
+    A step is made for each size of batch and kept.
+    """
+    steps: dict[tuple[int, int], StyleStep] = {}
 
-    def __call__(self, params: Params, batch: Batch) -> Found:
+    def _of_batch(params, batch):
         B, _, T = batch.I.shape
-        if (B, T) not in self.steps:
-            self.steps[B, T] = StyleStep(B, T, params, *self.constants)
-        return self.steps[B, T](params, batch)
+        if (B, T) not in steps:
+            steps[B, T] = StyleStep(B, T, params, loss_network, mean, deviation, weights, terms)
+        return steps[B, T](params, batch)
 
-
-class AutoencoderGradients:
-    """`holden2017.networks.autoencoder_gradients`: of alpha, (params, Reconstruction) -> losses,
-    gradients. A step is made for each size of batch and kept."""
-
-    def __init__(self, alpha: float):
-        self.alpha, self.steps = alpha, {}
-
-    def __call__(self, params: Params, batch: Reconstruction) -> Found:
-        (B, _, T), random = batch.X.shape, batch.chosen is not None
-        if (B, T, random) not in self.steps:
-            self.steps[B, T, random] = AutoencoderStep(B, T, params, alpha=self.alpha,
-                                                       random=random)
-        loss, gradients = self.steps[B, T, random](params, batch.X, batch.noisy, batch.chosen)
-        return {"loss": loss}, gradients
-
-
-style_gradients, autoencoder_gradients = StyleGradients, AutoencoderGradients
+    return _of_batch
 
 
 class StyleStep:
@@ -68,7 +54,7 @@ class StyleStep:
 
     def __init__(self, B: int, T: int, params: Params, loss_network: Params, mean: np.ndarray,
                  deviation: np.ndarray, weights: Weights, terms: Terms = EQUATION_10):
-        _check_even(T)
+        check_even(T)
         self.names = [term.name for term in terms]
         here = [next((t for t in terms if t.loss is term.loss), replace(term, weight=0.0))
                 for term in (CONTENT, STYLE)]
@@ -121,7 +107,7 @@ class StyleStep:
         for plan, name, V in ((one, "W1", self.V1), (two, "W2", self.V2), (three, "W3", self.V3)):
             plan.spectra(params[name], out=V)
         one.input[:] = I.swapaxes(1, 2)
-        Z = one.forward(self.bank)       # (B, T, 128 + 256): T's first layer, the loss network's of I
+        Z = one.forward(self.bank)       # (B, T, 128 + 256): T's first layer, and L's of I
         if self.same_width:
             Z_input = Z[..., c1:]
         else:
@@ -149,7 +135,7 @@ class StyleStep:
         self.encoder.input[:] = O
         Z = self.encoder.forward(self.V0)
         Z += self.b0
-        _pool_into(Z, self.H, self.first, self.active)
+        pool_into(Z, self.H, self.first, self.active)
         others, d_others = self._other_terms(batch, H_input)
         D = np.subtract(self.H, H_input, out=self.D)
         R = np.matmul(self.H.swapaxes(1, 2), self.H, out=self.R)
@@ -163,7 +149,7 @@ class StyleStep:
         dH += D
         if d_others is not None:
             dH += d_others.swapaxes(1, 2)
-        _unpool_into(dH, self.first, self.active, self.dZ)
+        unpool_into(dH, self.first, self.active, self.dZ)
         dO, _ = self.encoder.backward(self.dZ.reshape(Z.shape), self.V0, to_filters=False)
         return {"content": self.content * content.mean(), "style": self.style * style.mean(),
                 **others}, dO
@@ -205,118 +191,6 @@ class StyleStep:
         gradients["b1"] = wide_sum(dA, (0, 1))
         gradients["W1"] = one.backward(dA, None, to_input=False)[1]
         return {name: gradients[name] for name in ("W1", "b1", "W2", "b2", "W3", "b3")}
-
-
-class AutoencoderStep:
-    """The loss network's loss (`mean=True`) and its gradient for batches of B windows of T frames,
-    T even.
-
-    random : whether it decodes with depooling by chance, which needs the full resolution
-    """
-
-    def __init__(self, B: int, T: int, params: Params, *, alpha: float = 0.01,
-                 random: bool = False):
-        _check_even(T)
-        W0, self.alpha, self.random = params["W0"], alpha, random
-        dtype, (m, features, K) = W0.dtype, W0.shape
-        self.encoder = Plan(B, T, features, m, K, dtype, left=(K - 1) // 2)
-        if random:
-            self.decoder = Plan(B, T, m, features, K, dtype, left=K - 1 - (K - 1) // 2)
-        else:
-            _, count, left = taps(K)
-            self.decoder = Plan(B, T // 2, m, 2 * features, count, dtype, left=left)
-        self.V, self.V_decoder = (np.empty((3, p.n // 2) + p.shape[2:4], dtype)
-                                  for p in (self.encoder, self.decoder))
-        self.H, self.dZ = np.empty((B, T // 2, m), dtype), np.empty((B, T // 2, 2, m), dtype)
-        self.first, self.active = np.empty((B, T // 2, m), bool), np.empty((B, T // 2, m), bool)
-
-    def __call__(self, params: Params, X: np.ndarray, noisy: np.ndarray | None = None,
-                 chosen: np.ndarray | None = None) -> tuple[float, dict[str, np.ndarray]]:
-        """X, noisy : (B, 66, T);  chosen : (B, m, T // 2) with `random`
-
-        ->  loss, gradients with the keys of params
-        """
-        W0, b0 = params["W0"], params["b0"]
-        size = W0.size + b0.size
-        self.encoder.spectra(W0, out=self.V)
-        self.decoder.spectra(
-            _transposed(W0) if self.random else half_filters(W0), out=self.V_decoder)
-        self.encoder.input[:] = (X if noisy is None else noisy).swapaxes(1, 2)
-        Z = self.encoder.forward(self.V)
-        Z += b0
-        _pool_into(Z, self.H, self.first, self.active)
-        later = None if chosen is None else chosen.swapaxes(1, 2).astype(bool)   # (B, T / 2, m)
-        self._depool_into(self.decoder.input, later)
-        self.decoder.input -= b0
-        # (B, T, 66), or (B, T / 2, 2 x 66) in the same order
-        error = self.decoder.forward(self.V_decoder)
-        shape = error.shape
-        error = error.reshape(len(X), -1, X.shape[1])
-        error -= X.swapaxes(1, 2)
-        loss = (sum(float(np.vdot(e, e)) for e in error) / error.size
-                + self.alpha * (np.abs(W0).sum() + np.abs(b0).sum()) / size)
-        error *= Z.dtype.type(2 / error.size)
-        dD, from_decoder = self.decoder.backward(error.reshape(shape), self.V_decoder)
-        db0 = -wide_sum(dD, (0, 1))
-        _unpool_into(self._gathered(dD, later), self.first, self.active, self.dZ)
-        dZ = self.dZ.reshape(Z.shape)
-        dW0 = self.encoder.backward(dZ, None, to_input=False)[1]
-        dW0 += (_transposed(from_decoder) if self.random
-                else half_filters_backward(from_decoder, W0.shape[2]))
-        dW0 += Z.dtype.type(self.alpha / size) * np.sign(W0)
-        db0 += wide_sum(dZ, (0, 1)) + Z.dtype.type(self.alpha / size) * np.sign(b0)
-        return loss, {"W0": dW0, "b0": db0}
-
-    def _depool_into(self, D, later):
-        """The units, all in one frame of each pair or, at half resolution, half of them."""
-        if later is None:
-            np.multiply(self.H, self.H.dtype.type(0.5), out=D)
-            return
-        pairs = D.reshape(self.dZ.shape)
-        np.multiply(self.H, later, out=pairs[:, :, 1])
-        np.subtract(self.H, pairs[:, :, 1], out=pairs[:, :, 0])
-
-    def _gathered(self, dD, later):
-        """The gradient of the units, from where they went."""
-        if later is None:
-            dD *= self.H.dtype.type(0.5)
-            return dD
-        pairs = dD.reshape(self.dZ.shape)
-        return np.where(later, pairs[:, :, 1], pairs[:, :, 0])
-
-
-def _transposed(W):
-    """Filters of a transposed convolution as those of a correlation, and back.
-
-    (m, C, K)  ->  (C, m, K)
-    """
-    return W[:, :, ::-1].swapaxes(0, 1)
-
-
-def _pool_into(Z, H, first, active):
-    """H = relu(max-pool(Z)); where the first of a pair is the largest (the tie rule), and where H
-    is above 0.   Z : (B, T, m)  ->  (B, T / 2, m)"""
-    even, odd = Z[:, 0::2], Z[:, 1::2]
-    np.greater_equal(even, odd, out=first)
-    np.maximum(even, odd, out=H)
-    np.maximum(H, 0, out=H)
-    np.greater(H, 0, out=active)
-
-
-def _unpool_into(dH, first, active, dZ):
-    """The gradient goes to the first largest of each pair, where the unit is active. dH is used up.
-
-    (B, T / 2, m)  ->  dZ (B, T / 2, 2, m)
-    """
-    dH *= active
-    np.multiply(dH, first, out=dZ[:, :, 0])
-    np.subtract(dH, dZ[:, :, 0], out=dZ[:, :, 1])
-
-
-def _check_even(T):
-    if T % 2:
-        raise ValueError(f"T: found {T} frames, needed an even number for the pooling; cut or "
-                         "double the last frame")
 
 
 def _read(r, reading):

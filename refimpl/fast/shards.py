@@ -2,9 +2,9 @@ r"""A batch in parts, side by side: for threads, processes or machines, any
 `concurrent.futures.Executor`, or whatever has such a `map`.
 
 The loss of a batch is a mean over its windows, so is its gradient:
-g = sum over parts of (windows of the part / windows of the batch) g_part. `of_part` is a function of
-its argument alone and can be sent to another process; the parts are summed in their order, so that
-the result does not depend on who was faster. What a worker keeps between calls (spectra, large
+g = sum over parts of (windows of the part / windows of the batch) g_part. `of_part` is a function
+of its argument alone and can be sent to another process; the parts are summed in their order, so
+that the result does not depend on who was faster. What a worker keeps between calls (spectra, large
 arrays) is only a memory of work done.
 """
 
@@ -65,8 +65,9 @@ def sharded(make: Callable, parts: int, executor: Any = None) -> Callable:
 
         def _of_batch(params, batch):
             rows = np.array_split(np.arange(len(batch)), min(parts, len(batch)))
-            return summed(each(of_part, [Part(run, number, make, constants, params, batch.part(some))
-                                         for number, some in enumerate(rows)]))
+            return summed(each(of_part, [
+                Part(run, number, make, constants, params, batch.part(some))
+                for number, some in enumerate(rows)]))
         return _of_batch
     return _made
 

@@ -78,7 +78,7 @@ class Stylist:
         """(N, 66, T)  ->  (N, T, 66), in a plan's memory"""
         N, C, T = X.shape
         encoder = self.encoder
-        even = T + T % 2 if encoder in layers else T   # an odd last frame is doubled for the pooling
+        even = T + T % 2 if encoder in layers else T   # an odd last frame is doubled for pooling
         first = self._plan(layers[0], N, even if layers[0] == encoder else T).input
         first[:, :T] = X.swapaxes(1, 2)
         first[:, T:] = X[:, None, :, -1]
@@ -86,7 +86,7 @@ class Stylist:
             frames = even if layer == encoder else even // 2 if layer > encoder else T
             plan = self._plan(layer, N, frames)
             y = plan.forward(self._filter_spectra(layer, plan))
-            if layer > encoder:                # (N, T / 2, 2 x 66): even and odd frames side by side
+            if layer > encoder:              # (N, T / 2, 2 x 66): even and odd frames side by side
                 X = y.reshape(N, even, C)[:, :T]
                 return X if self.tied else X + self.biases[layer]
             if layer == encoder:

@@ -131,7 +131,8 @@ def _known(path, arrays, facts):
           and pieces.dtype == np.float32 and scale.dtype == float and plausible(pieces)
           and plausible(scale) and (scale > 0).all() and 0 < usual < np.inf,
           f"pieces of shape {pieces.shape} with scales of shape {scale.shape}",
-          f"(n, {NUMBERS}) and ({NUMBERS},) of plausible numbers, those of what the style learnt on")
+          f"(n, {NUMBERS}) and ({NUMBERS},) of plausible numbers, those of what the style learnt "
+          "on")
     return Known(pieces, scale, usual) if len(pieces) else None
 
 

@@ -13,8 +13,8 @@ from refimpl.fast.decoder import half_filters, half_filters_backward
 from refimpl.holden2017.pairing import TrainingSet
 from refimpl.holden2017.losses import READINGS
 from refimpl.holden2017.files import Manifold
-from refimpl.fast.gradients import (AutoencoderStep, StyleStep, autoencoder_gradients,
-                                    style_gradients)
+from refimpl.fast.autoencoder import AutoencoderStep
+from refimpl.fast.gradients import StyleStep, autoencoder_gradients, style_gradients
 from refimpl.fast.shards import sharded
 from refimpl.fast.stylist import Stylist
 from refimpl.holden2017.objective import Batch, Weights
