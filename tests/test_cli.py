@@ -9,7 +9,7 @@ import pytest
 
 from refimpl.cli import main
 from refimpl.motion.known import known
-from refimpl.holden2017.files import load_style, save_style
+from refimpl.styles.files import load_style, save_style
 from refimpl.motion import bvh, take
 from refimpl.embedded import walkers as synthetic
 from refimpl.motion.footing import foot_skate

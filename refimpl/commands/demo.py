@@ -11,7 +11,8 @@ from ..fast import networks
 from ..fast.gradients import autoencoder_gradients, style_gradients
 from ..holden2017.pairing import clean_windows, make_training_set
 from ..experiments.measures import held_out_distances
-from ..holden2017.files import Manifold, save_manifold, save_style
+from ..holden2017.trained import Manifold
+from ..styles.files import save_manifold, save_style
 from ..holden2017.objective import EQUATION_10, Weights
 from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import transfer

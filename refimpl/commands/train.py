@@ -18,7 +18,8 @@ from ..experiments.measures import held_out_distances
 from .checkpoint import fingerprint, load_checkpoint, save_checkpoint
 from ..holden2017.pairing import clean_windows, make_training_set
 from ..holden2017.networks import DEPOOLING, init_loss_network, init_transformation_network
-from ..holden2017.files import Manifold, load_manifold, save_manifold, save_style
+from ..holden2017.trained import Manifold
+from ..styles.files import load_manifold, save_manifold, save_style
 from ..holden2017.objective import EQUATION_10, WEIGHED, WEIGHTS, Weights
 from ..holden2017.train import AUTOENCODER_RATE, BATCH, RATE, train_autoencoder, train_style
 from ..motion.dataset import load_dataset

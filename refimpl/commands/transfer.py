@@ -6,7 +6,7 @@ import numpy as np
 
 from ..fast import networks
 from ..holden2016 import bridge, own, search
-from ..holden2017.files import load_manifold, load_style
+from ..styles.files import load_manifold, load_style
 from ..holden2017.transfer import transfer
 from ..motion.bvh import write_bvh
 from ..motion.features import path_length

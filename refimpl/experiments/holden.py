@@ -19,7 +19,7 @@ from ..fast.gradients import autoencoder_gradients, style_gradients
 from .classifiers import Judge, fit_judge, joint_vectors
 from ..holden2017.pairing import TrainingSet, clean_windows, make_training_set
 from .measures import style_distance
-from ..holden2017.files import Manifold, Style
+from ..holden2017.trained import Manifold, Style
 from ..holden2017.objective import Weights
 from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import project_features, stylise

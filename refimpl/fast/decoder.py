@@ -34,10 +34,8 @@ def taps(K: int) -> tuple[np.ndarray, int, int]:
 def half_filters(W0: np.ndarray) -> np.ndarray:
     """V of the equation above.   (m, C, K)  ->  (2 C, m, taps)
 
-    >>> half_filters(np.array([[[1.0, 2, 3]]]))
-    array([[[3., 3.]],
-    <BLANKLINE>
-           [[5., 1.]]])
+    >>> half_filters(np.array([[[1.0, 2, 3]]])).tolist()
+    [[[3.0, 3.0, 0.0]], [[0.0, 5.0, 1.0]]]
     """
     m, C, K = W0.shape
     j, count, _ = taps(K)

@@ -16,7 +16,7 @@ from ..motion.dataset import Dataset, Labelled, to_scale
 from ..motion.features import VELOCITIES
 from ..motion.prepare import Normaliser, fit_normaliser, windows
 from . import networks as text
-from .files import Manifold, Style
+from .trained import Manifold, Style
 from ..motion.known import Known, known
 from .losses import style_target
 from .networks import Params

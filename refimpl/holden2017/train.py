@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from .. import nn
-from .files import Manifold
+from .trained import Manifold
 from .networks import (CHANNELS, DEPOOLING, HIDDEN, WIDTH, Gradients, Params, Reconstruction,
                        autoencoder_gradients, init_loss_network, init_transformation_network)
 from .objective import EQUATION_10, Terms, Weights, style_gradients

@@ -22,7 +22,7 @@ from ..motion.retarget import fit_pose, points
 from ..motion.skeleton import with_pose
 from ..motion.take import Take
 from . import networks as text
-from .files import Manifold, Style
+from .trained import Manifold, Style
 
 # How far the path of T(I) may lie from the content's: a share of the way, and so many legs.
 ASTRAY = 0.1, 0.2

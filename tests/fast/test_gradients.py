@@ -12,7 +12,7 @@ from refimpl.holden2017 import networks, objective, train
 from refimpl.fast.decoder import half_filters, half_filters_backward
 from refimpl.holden2017.pairing import TrainingSet
 from refimpl.holden2017.losses import READINGS
-from refimpl.holden2017.files import Manifold
+from refimpl.holden2017.trained import Manifold
 from refimpl.fast.autoencoder import AutoencoderStep
 from refimpl.fast.gradients import StyleStep, autoencoder_gradients, style_gradients
 from refimpl.fast.shards import sharded

@@ -11,7 +11,8 @@ from refimpl import nn
 from refimpl.holden2016 import bridge, files, losses, network, rows, search
 from refimpl.fast import networks as fast
 from refimpl.holden2017 import networks
-from refimpl.holden2017.files import Manifold, Style, load_style, save_style
+from refimpl.holden2017.trained import Manifold, Style
+from refimpl.styles.files import load_style, save_style
 from refimpl.fast.stylist import Stylist
 from refimpl.holden2017.objective import Batch, motion_losses, motion_losses_backward
 from refimpl.motion import features as F

@@ -86,7 +86,7 @@ def test_every_term_counts():
 
 
 def lesson_and_manifold():
-    from refimpl.holden2017.files import Manifold
+    from refimpl.holden2017.trained import Manifold
     from refimpl.motion.prepare import Normaliser
     _, target, L, mean, deviation, _ = problem()
     lesson = TrainingSet(target.I, target.contacts, target.trajectory, {"walk": target.gram[0]}, ("walk", "walk"), target.bones)

@@ -9,7 +9,7 @@ import sys
 import tempfile
 
 from refimpl.commands.checkpoint import VERSION
-from refimpl.holden2017.files import load_manifold, load_style
+from refimpl.styles.files import load_manifold, load_style
 from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic
 from refimpl.storage import FormatError, load_npz

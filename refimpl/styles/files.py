@@ -1,21 +1,20 @@
 """The two kinds of model file: a manifold (the loss network) and a style (a transformation network
 with its manifold)."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..holden2017.losses import READINGS
+from ..holden2017.networks import DEPOOLING
+from ..holden2017.objective import WEIGHED, Weights
+from ..holden2017.trained import Manifold, Style
 from ..motion.features import FEATURES, LEG_RANGE
 from ..motion.joints import BONES
 from ..motion.known import NUMBERS, Known
 from ..motion.prepare import FORMS, Normaliser
 from ..storage import FormatError, load_npz, plausible, save_npz
-from .losses import READINGS
-from .networks import DEPOOLING, Params
-from .objective import WEIGHED, Weights
 
 VERSION, STYLE_VERSION = 2, 3          # since these the root's velocity is that to the next frame
 _BODY = {"mean": (FEATURES,), "deviation": (FEATURES,), "bones": (len(BONES),)}
@@ -24,57 +23,6 @@ _STYLE_LISTS = ("contents", "exemplar_contents", "learned", "exemplars")
 _STYLE_FACTS = {**_FACTS, "name": str, **dict.fromkeys(_STYLE_LISTS, list), "reading": str,
                 "usual": float}
 _T = ("W1", "b1", "W2", "b2", "W3", "b3")
-
-
-@dataclass(frozen=True)
-class Manifold:
-    """A trained loss network and what its numbers mean.
-
-    params : W0, b0, and V0, c0 where the decoder is not tied;  normaliser : of the data it was
-    trained on;  leg, bones : that data's skeleton, in its length unit
-    depooling : while it learnt, of `networks.DEPOOLING`
-    """
-
-    params: Params = field(repr=False)
-    normaliser: Normaliser
-    leg: float
-    bones: np.ndarray
-    depooling: str = "random"
-
-    def network_input(self, features: np.ndarray) -> np.ndarray:
-        """Features (T, 66) on this model's scale to what the networks take, (1, 66, T) in their
-        precision."""
-        return np.ascontiguousarray(
-            self.normaliser.apply(features).T[None], dtype=self.params["W0"].dtype)
-
-    def motion(self, output: np.ndarray) -> np.ndarray:
-        """The inverse of `network_input`.   (1, 66, T)  ->  (T, 66) float64"""
-        return self.normaliser.undo(output[0].T.astype(float))
-
-
-@dataclass(frozen=True)
-class Style:
-    """A trained transformation network.
-
-    params : W1, b1 ... b3;  name : of the style;  pairs : {content it was trained for: content of
-    its exemplars};  learned, exemplars : names of the clips that it learnt on
-    weights : of the objective in its training, for the manifold's unit;  known : what it learnt on,
-    to tell when a clip is something else
-    """
-
-    params: Params = field(repr=False)
-    manifold: Manifold
-    name: str
-    pairs: Mapping[str, str]
-    learned: tuple[str, ...] = ()
-    exemplars: tuple[str, ...] = ()
-    weights: Weights = Weights()
-    known: Known | None = None
-
-    @property
-    def contents(self) -> tuple[str, ...]:
-        """The contents that it was trained for."""
-        return tuple(self.pairs)
 
 
 def save_manifold(path: str | Path, manifold: Manifold) -> None:
