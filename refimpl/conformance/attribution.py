@@ -21,7 +21,7 @@ import numpy as np
 
 from .backend import TOLERANCES
 from .cases import PROMISES
-from .record import as_tuple, cast, relative_difference
+from .specification import as_tuple, cast, relative_difference
 from .rivals import RIVALS
 
 FAR = 1000.0                                             # bounds between a rival and the reference

@@ -12,7 +12,7 @@ import sys
 from typing import Any
 
 from . import operations_2016, operations_holden, operations_nn, operations_torresani
-from .record import as_tuple
+from .specification import as_tuple
 
 TOLERANCES = {"float64": 1e-12, "float32": 1e-5}     # of the largest element of the expected array
 LOOSEST = 0.1                      # that a backend may declare; beyond it nothing is judged

@@ -10,7 +10,7 @@ from ..motion.features import FORWARD, SIDEWAYS, TURN
 from ..motion.joints import BONES, FEET, SLOTS
 from .backend import TOLERANCES
 from .cases import generator
-from .record import Operation
+from .specification import Operation
 from .rivals import RIVALS
 
 # Whose arrays are the 66 numbers.

@@ -15,7 +15,7 @@ import numpy as np
 
 from . import attribution
 from .backend import Backend, NoAnswer, as_backend, ask, is_expected_failure
-from .record import PythonNumber, relative_difference
+from .specification import PythonNumber, relative_difference
 
 EXACT = 1e-15                                         # where a rule decides and nothing is rounded
 # How a library says that it does not take something.

@@ -8,8 +8,8 @@ import numpy as np
 from ..holden2016 import losses, network
 from ..holden2016.rows import NUMBERS, POSITIONS, TRAJECTORY, TURN
 from ..motion.joints import FEET
-from . import definitions as plain
-from .record import Operation, Sample
+from . import definitions_nn as plain
+from .specification import Operation, Sample
 
 KEPT_SHARE = 0.75
 

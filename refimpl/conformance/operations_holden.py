@@ -8,8 +8,8 @@ import numpy as np
 from ..holden2017 import losses, networks, objective
 from ..motion.features import FORWARD, SIDEWAYS, TURN
 from ..motion.joints import BONES, FEET
-from . import definitions as plain
-from .record import Operation
+from . import definitions_nn as plain
+from .specification import Operation
 from .samples_holden import (autoencoder_samples, bone_samples, decode_samples, foot_samples,
                              network_samples, pair_samples, style_samples, total_samples,
                              trajectory_samples, transform_samples)

@@ -7,8 +7,8 @@ import numpy as np
 from .. import nn
 from ..nn.adam import STEPS
 from ..nn.arguments import check_whole
-from . import definitions as by_definition
-from .record import Bad, Operation, Sample
+from . import definitions_nn as by_definition
+from .specification import Bad, Operation, Sample
 
 # Shapes that fit, for inputs that do not.
 X, W, B = np.zeros((2, 4, 9)), np.zeros((6, 4, 3)), np.zeros(6)

@@ -12,12 +12,12 @@ import numpy as np
 
 from ..motion import rotation
 from ..torresani2006 import align, observe
-from . import definitions_models as models, definitions_torresani as plain
+from . import definitions_learning as models, definitions_torresani as plain
 from .functions_torresani import (
     best_alpha, content_clusters, continuous_exponential_maps, dtw_cost, dtw_path,
     gaussian_kernel, golden_section, kernel_ridge, linear_ridge, one_stage_segmentation,
     predicted_style, principal_components, space_time_interpolation, support_vector_regression)
-from .record import Bad, Operation, Sample
+from .specification import Bad, Operation, Sample
 
 
 # Inputs.

@@ -10,7 +10,7 @@ import numpy as np
 from .. import nn
 from ..holden2017 import losses
 from ..motion.joints import FEET
-from . import definitions, rivals_2016, rivals_torresani
+from . import definitions_nn as definitions, rivals_2016, rivals_torresani
 
 
 def _window(x, width, stride, padding, dilation, ceil_mode):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from . import definitions_models as models, operations_torresani as ours
+from . import definitions_learning as models, operations_torresani as ours
 
 
 def along_p_first(X, Y):

@@ -4,9 +4,9 @@ import numpy as np
 
 from ..motion.features import FEATURES, TURN
 from ..motion.joints import BONES
-from . import definitions as plain
+from . import definitions_nn as plain
 from .operations_nn import distinct
-from .record import Sample
+from .specification import Sample
 
 
 def network_samples(rng: np.random.Generator) -> list[Sample]:
