@@ -12,7 +12,8 @@ import numpy as np
 from ..gradcheck.contract import LAYOUTS
 from . import operations_2016, operations_holden, operations_nn, operations_torresani
 from .backend import as_backend, ask, meant
-from .specification import Operation, as_tuple, cast, relative_difference
+from ..gradcheck.difference import relative_difference
+from .specification import Operation, as_tuple, cast
 
 OPERATIONS = {operation.name: operation for operation in (
     operations_nn.OPERATIONS + operations_holden.OPERATIONS + operations_2016.OPERATIONS

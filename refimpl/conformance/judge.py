@@ -15,7 +15,8 @@ import numpy as np
 
 from . import attribution
 from .backend import Backend, NoAnswer, as_backend, ask, is_expected_failure
-from .specification import PythonNumber, relative_difference
+from ..gradcheck.difference import relative_difference
+from .specification import PythonNumber
 
 EXACT = 1e-15                                         # where a rule decides and nothing is rounded
 # How a library says that it does not take something.

@@ -19,7 +19,8 @@ from ..nn import GradientError, check_contract, check_gradient
 from .backend import reference
 from .cases import OPERATIONS, cases, generator
 from .judge import judge_all
-from .specification import as_tuple, relative_difference
+from ..gradcheck.difference import relative_difference
+from .specification import as_tuple
 from .report import row
 
 VALUES = 1e-12                                                   # relative to the largest element

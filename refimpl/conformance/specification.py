@@ -1,8 +1,12 @@
-"""What the kit knows of an operation: one record each, with inputs that try it and inputs that it
-must refuse.
+"""What the kit knows of an operation: one specification each, with inputs that try it and inputs
+that it must refuse.
 """
 
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+import sys
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -20,10 +24,18 @@ class Sample:
 
     label: str
     inputs: tuple
-    attributes: dict = field(default_factory=dict)
+    attributes: dict[str, Any] = field(default_factory=dict)
     smooth: bool = True
-    known: dict = None
-    factors: tuple = ()
+    known: Mapping[str, Any] | None = None
+    factors: tuple[float, ...] = ()
+
+
+def ruled(label: str, inputs: tuple, output: Any, upstream: Any, *gradients: Any,
+          attributes: Mapping[str, Any] | None = None) -> Sample:
+    """A Sample at a tie, a kink or NaN, where a rule decides: output and gradients are known."""
+    known = {"outputs": (np.array(output),), "upstream": np.array(upstream),
+             "gradients": tuple(map(np.array, gradients))}
+    return Sample(label, inputs, dict(attributes or {}), smooth=False, known=known)
 
 
 @dataclass(frozen=True)
@@ -32,13 +44,13 @@ class Bad:
 
     label: str
     inputs: tuple
-    attributes: dict
     argument: str
+    attributes: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Operation:
-    """One operation of the reference.
+    """The specification of one operation of the reference.
 
     name : what a backend calls it; its gradient is name + "_backward";  arguments : names of the
     inputs;  f, backward : the reference;
@@ -52,56 +64,61 @@ class Operation:
     """
 
     name: str
-    arguments: tuple
-    f: callable
-    backward: callable
-    definition: callable
-    samples: callable
-    bad: callable = list
-    batched: tuple = (0,)
+    arguments: tuple[str, ...]
+    f: Callable[..., Any]
+    backward: Callable[..., Any] | None
+    definition: Callable[..., Any]
+    samples: Callable[[np.random.Generator], list[Sample]]
+    bad: Callable[[], list[Bad]] = list
+    batched: tuple[int, ...] = (0,)
     tolerance: float = 1.0
-    precisions: tuple = ("float64", "float32")
+    precisions: tuple[str, ...] = ("float64", "float32")
     equation: str = ""
-    same: callable = None
+    same: Callable[[tuple, tuple, dict[str, Any]], str] | None = None
+
+
+def operation(f: Callable[..., Any], arguments: str, definitions: ModuleType,
+              samples: Callable[[np.random.Generator], list[Sample]],
+              bad: Callable[[], list[Bad]] = list, equation: str = "", *, name: str = "",
+              suffix: str = "", **rest: Any) -> Operation:
+    """The Operation of a function whose backward stands beside it, in the same module, and whose
+    definition has the operation's name in `definitions`.
+
+    arguments : their names, with spaces between them;  name : of the operation, the function's own
+    unless given;  suffix : behind the name
+    """
+    name = name or f.__name__
+    backward = getattr(sys.modules[f.__module__], f"{f.__name__}_backward", None)
+    return Operation(name + suffix, tuple(arguments.split()), f, backward,
+                     getattr(definitions, name), samples, bad, equation=equation, **rest)
 
 
 class PythonNumber(np.ndarray):
     """What was a Python float: a number without a precision of its own."""
 
 
-def as_tuple(result):
+def as_tuple(result: Any) -> tuple[Any, ...]:
     """The outputs of a function, or the gradients of a backward, as a tuple of arrays; None is
     kept.
+
+    >>> as_tuple((np.zeros(2), None))
+    (array([0., 0.]), None)
     """
     parts = result if isinstance(result, (tuple, list)) else (result,)
-    return tuple(None if part is None else np.asarray(part).view(PythonNumber) if type(part) is
-                 float else np.asarray(part) for part in parts)
+    return tuple(None if part is None else np.asarray(part).view(PythonNumber)
+                 if type(part) is float else np.asarray(part) for part in parts)
 
 
-def cast(inputs, dtype):
-    """Floating-point inputs in another precision; whole numbers, labels and None as they are."""
-    return tuple(
-        x.astype(dtype) if isinstance(x, np.ndarray) and x.dtype.kind == "f" else x for x in inputs)
+def cast(values: Iterable[Any], dtype: Any) -> tuple:
+    """Floating-point arrays in another precision; whole numbers, labels and None as they are.
 
-
-def largest(wanted):
-    """The largest finite element's size, 1 where all are 0: what differences are measured in."""
-    wanted = np.asarray(wanted)
-    wanted = wanted if wanted.dtype.kind in "fc" else wanted.astype(float)
-    return float(np.abs(wanted[np.isfinite(wanted)]).max(initial=0.0)) or 1.0
-
-
-def relative_difference(found, wanted):
-    """How far each element is off, in units of the largest finite element wanted (of 1 where all
-    are 0); NaN agrees with NaN alone.
-
-    Two arrays of one shape  ->  array of that shape, inf where one is finite and the other is not
+    >>> cast((np.zeros(1), None), np.float32)
+    (array([0.], dtype=float32), None)
     """
-    found, wanted = np.asarray(found), np.asarray(wanted)
-    if wanted.dtype.kind not in "fc":
-        found, wanted = found.astype(float), wanted.astype(float)
-    finite = np.isfinite(wanted)
-    off = np.where((found == wanted) | (np.isnan(found) & np.isnan(wanted)), 0.0, np.inf)
-    both = finite & np.isfinite(found)
-    off[both] = np.abs(found[both] - wanted[both]) / largest(wanted)
-    return off
+    return tuple(x.astype(dtype) if isinstance(x, np.ndarray) and x.dtype.kind == "f" else x
+                 for x in values)
+
+
+def cast_attributes(attributes: Mapping[str, Any], dtype: Any) -> dict[str, Any]:
+    """The same for keyword arguments."""
+    return dict(zip(attributes, cast(attributes.values(), dtype)))
