@@ -24,9 +24,8 @@ import numpy as np
 from .. import __version__
 from ..nn.conventions import CONVENTIONS
 from ..storage import FormatError, atomic_write, read_arrays
-from .backend import LOOSEST, TOLERANCES, nearest, reference
-from .cases import OPERATIONS, PROMISES, Case, cases
-from .judge import EXACT
+from .backend import LOOSEST, OPERATIONS, TOLERANCES, nearest, reference
+from .cases import EXACT, Case, cases
 
 FORMAT, VERSION = "golden vectors", 2
 KEYS = {"id": str, "operation": str, "function": str, "equation": str, "precision": str,
@@ -45,7 +44,7 @@ def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | Non
     earlier = _listed(folder)
     Path(os.path.realpath(folder / "manifest.json")).unlink(missing_ok=True)
     records = [_write_case(folder, case) for case in cases(seed=seed, operations=operations)
-               if case.kind in ("float64", "float32", "empty batch") and case.kind not in PROMISES]
+               if case.kind in ("float64", "float32", "empty batch")]
     for name in earlier - {record["file"] for record in records}:
         (folder / name).unlink(missing_ok=True)
     manifest = {
@@ -104,9 +103,8 @@ def _write_case(folder, case):
             outputs.append(None)
             continue
         arrays[f"out{number}"] = _little_endian(value)
-        factor = case.allowances[number]
-        bound = EXACT if case.exact else TOLERANCES[case.precision] * factor + case.slacks[number]
-        outputs.append({"array": f"out{number}", "shape": list(value.shape), "bound": bound})
+        outputs.append({"array": f"out{number}", "shape": list(value.shape),
+                        "bound": case.bounds()[number]})
     path = folder / "vectors" / f"{name}.npz"
     with atomic_write(path, "wb") as file:
         np.savez(file, **arrays)
@@ -294,7 +292,7 @@ def _read_case(folder, record):
                      for output in record["outputs"])
     kind = record["id"].rsplit("/", 1)[-1]
     return Case(record["id"], operation, record["function"], kind, arguments, attributes, expected,
-                exact=exact, slack=tuple(bound - base for bound in allowed), folder=str(folder),
+                exact=exact, sensitivity=tuple(bound - base for bound in allowed), folder=str(folder),
                 single=single)
 
 

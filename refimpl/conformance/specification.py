@@ -97,6 +97,14 @@ class PythonNumber(np.ndarray):
     """What was a Python float: a number without a precision of its own."""
 
 
+def has_type(found: np.ndarray, expected: np.ndarray, precision: str) -> bool:
+    """Whether an output has the precision asked for, or whole numbers where these are expected."""
+    if isinstance(found, PythonNumber) and expected.dtype.kind == "f" and expected.ndim == 0:
+        return True                                              # it has no precision of its own
+    dtype = np.dtype(precision) if expected.dtype.kind == "f" else expected.dtype
+    return found.dtype == dtype or (dtype.kind in "iu" and found.dtype.kind in "iu")
+
+
 def as_tuple(result: Any) -> tuple[Any, ...]:
     """The outputs of a function, or the gradients of a backward, as a tuple of arrays; None is
     kept.
