@@ -109,7 +109,7 @@ def predicted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
                  for column, m in zip(Z.T, mean)]
     X, there = (np.array([[(x - m) / s for x, m, s in zip(z, mean, deviation)] for z in rows])
                 for rows in (Z, new))
-    results = []
+    results: list[Any] = []
     for y in Y.T:
         usual = sum(y) / len(y)
         if kind == "linear ridge":
@@ -228,4 +228,3 @@ def effort_measures(positions: np.ndarray, *, fps: float) -> np.ndarray:
                for difference in differences[1:]]
     energy = max(0.5 * sum(v * v for v in frame) for frame in lengths[0])
     return np.array([energy] + [sum(map(sum, frames)) / (len(frames) * J) for frames in lengths])
-

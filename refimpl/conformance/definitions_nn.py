@@ -33,7 +33,7 @@ def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride:
     >>> conv1d(np.array([[[1.0, 2.0, 3.0]]]), np.array([[[1.0, 0.0, -1.0]]])).tolist()
     [[[-2.0, -2.0, 2.0]]]
     """
-    (N, C, T), (O, Cg, K) = x.shape, w.shape
+    (N, _, T), (O, Cg, K) = x.shape, w.shape
     left, right = pads(padding, K, dilation)
     T_out = len([t for t in range(0, T + left + right, stride)
                  if t + dilation * (K - 1) < T + left + right])
@@ -76,7 +76,8 @@ def window_positions(T: int, width: int, *, stride: int | None = None, padding: 
     >>> window_positions(5, 2, ceil_mode=True)
     [[0, 1], [2, 3], [4, 5]]
     """
-    stride, found, first = stride or width, [], -padding
+    stride, first = stride or width, -padding
+    found: list[list[int]] = []
     while True:
         last = first + dilation * (width - 1)
         whole = last < T + padding

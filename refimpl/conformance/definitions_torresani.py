@@ -20,13 +20,12 @@ def distance(x: Any, y: Any) -> float:
 def dtw(X: np.ndarray, Y: np.ndarray) -> tuple[float, np.ndarray]:
     """Equations 3 to 5 with a pointer back from every cell; of equal ways the diagonal, then p-1,
     then q-1.   ->  cost, path"""
-    cost, back = {}, {}
-    for p in range(len(X)):
-        for q in range(len(Y)):
-            ways = [cell for cell in ((p - 1, q - 1), (p - 1, q), (p, q - 1)) if cell in cost]
-            best = min(ways, key=cost.__getitem__, default=None)
-            cost[p, q] = distance(X[p], Y[q]) + (cost[best] if best else 0.0)
-            back[p, q] = best
+    cost: dict[Any, float] = {}
+    back: dict[Any, Any] = {}
+    for p, q in np.ndindex(len(X), len(Y)):
+        ways = [cell for cell in ((p - 1, q - 1), (p - 1, q), (p, q - 1)) if cell in cost]
+        back[p, q] = best = min(ways, key=cost.__getitem__, default=None)
+        cost[p, q] = distance(X[p], Y[q]) + (cost[best] if best else 0.0)
     end = cell = (len(X) - 1, len(Y) - 1)
     path = []
     while cell is not None:
@@ -162,23 +161,26 @@ def one_stage_segmentation(Y: np.ndarray, frames: np.ndarray, lengths: Sequence[
 
     ->  cost, fragments, ends, costs
     """
-    X, cost, back = sequences(frames, lengths), {}, {}
+    X, ended = sequences(frames, lengths), 0           # ended : the cheapest fragment to come from
+    cost: dict[Any, float] = {}
+    back: dict[Any, Any] = {}
     for p in range(len(Y)):
-        ended = min(((cost[p - 1, len(X[j]) - 1, j], j) for j in range(len(X))),
-                    default=None) if p else None
+        if p:
+            ended = min(range(len(X)), key=lambda j: cost[p - 1, len(X[j]) - 1, j])
         for i in range(len(X)):
             for q in range(len(X[i])):
                 if q:
                     ways = [cell for cell in ((p - 1, q - 1, i), (p - 1, q, i), (p, q - 1, i))
                             if cell in cost]
                 else:
-                    ways = [(p - 1, 0, i), (p - 1, len(X[ended[1]]) - 1, ended[1])] if p else []
+                    ways = [(p - 1, 0, i), (p - 1, len(X[ended]) - 1, ended)] if p else []
                 best = min(ways, key=cost.__getitem__, default=None)
                 entered = best is None or (not q and best != ways[0])
                 cost[p, q, i] = distance(Y[p], X[i][q]) + (cost[best] if best else 0.0)
                 back[p, q, i] = (best, entered)
     total, i = min((cost[len(Y) - 1, len(X[i]) - 1, i], i) for i in range(len(X)))
-    cell, end, pieces = (len(Y) - 1, len(X[i]) - 1, i), (len(Y) - 1, len(X[i]) - 1, i), []
+    cell = end = (len(Y) - 1, len(X[i]) - 1, i)
+    pieces = []
     while cell is not None:
         before, entered = back[cell]
         if entered:

@@ -48,10 +48,10 @@ def _content_samples(rng):
 
 
 def _style_samples(rng):
-    n, readings = rng.standard_normal, {"as printed": {"s": 0.3},
-                                        "means of squares": {"reading": "mean_squares"},
-                                        "sums of squares": {"reading": "sum_squares"}}
-    return [Sample(label, (n((2, 3, 3)), n((2, 3, 4))), given) for label, given in readings.items()]
+    n = rng.standard_normal
+    return [Sample("as printed", (n((2, 3, 3)), n((2, 3, 4))), {"s": 0.3}),
+            Sample("means of squares", (n((2, 3, 3)), n((2, 3, 4))), {"reading": "mean_squares"}),
+            Sample("sums of squares", (n((2, 3, 3)), n((2, 3, 4))), {"reading": "sum_squares"})]
 
 
 def _motion(rng, frames=4):

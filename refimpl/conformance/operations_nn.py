@@ -203,8 +203,8 @@ def _bad_errors():
 def adam_of_one_array(p: np.ndarray, g: np.ndarray, m: np.ndarray, v: np.ndarray, *, t: int,
                       **settings: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """`nn.adam_step` for one array whose moments before the step are m and v.   ->  p, m, v"""
-    state = {"t": t - 1, "m": {"p": m}, "v": {"p": v}}
-    new, state = nn.adam_step({"p": p}, {"p": g}, state, **settings)
+    before: dict[str, Any] = {"t": t - 1, "m": {"p": m}, "v": {"p": v}}
+    new, state = nn.adam_step({"p": p}, {"p": g}, before, **settings)
     return new["p"], state["m"]["p"], state["v"]["p"]
 
 

@@ -14,7 +14,7 @@ from . import functions_2016 as ours
 
 
 def kinks_of_theano(dH: np.ndarray, X: np.ndarray, We: np.ndarray, be: np.ndarray, *,
-                    kept: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+                    kept: np.ndarray | None = None) -> tuple[Any, ...]:
     """ReLU's gradient 1 at 0, and all of equal largest elements get the gradient."""
     D = network.drop(X, kept)
     Z = nn.conv1d(D, We, be)
