@@ -49,7 +49,7 @@ def prove(*, seed: int = 0, operations: Iterable[str] | None = None) -> Iterator
 
     >>> proof, = prove(operations=["gram"])
     >>> proof.failures, proof.cases
-    ((), 51)
+    ((), 35)
     """
     for name in operations or OPERATIONS:
         yield prove_operation(OPERATIONS[name], seed)

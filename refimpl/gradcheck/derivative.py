@@ -34,9 +34,9 @@ def line(f: Callable[..., Any], inputs: Sequence[Any],
     >>> along(0.5).tolist()
     [4.5, 6.0]
     """
-    def along(h: Any) -> np.ndarray:
+    def _along(h):
         return f(*(x + h * directions[i] if i in directions else x for i, x in enumerate(inputs)))
-    return along
+    return _along
 
 
 def complex_step(along: Line, dy: np.ndarray) -> float | None:
