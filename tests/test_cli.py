@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from refimpl.cli import main
-from refimpl.holden2017.known import known
-from refimpl.holden2017.model import load_style, save_style
+from refimpl.motion.known import known
+from refimpl.styles.files import load_style, save_style
 from refimpl.motion import bvh, take
 from refimpl.embedded import walkers as synthetic
 from refimpl.motion.footing import foot_skate

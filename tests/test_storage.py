@@ -6,7 +6,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 import numpy as np
 import pytest
 
-from refimpl.holden2017.model import Manifold, Style, load_manifold, load_style, save_manifold, save_style
+from refimpl.holden2017.trained import Manifold, Style
+from refimpl.styles.files import load_manifold, load_style, save_manifold, save_style
 from refimpl.motion.dataset import Dataset, Labelled, load_dataset, save_dataset
 from refimpl.motion.features import FEATURES
 from refimpl.motion.joints import BONES

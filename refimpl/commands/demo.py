@@ -7,16 +7,18 @@ import time
 
 import numpy as np
 
-from ..holden2017.lesson import make_lesson, normalised_windows
+from ..fast import networks
+from ..fast.gradients import autoencoder_gradients, style_gradients
+from ..holden2017.pairing import clean_windows, make_training_set
 from ..experiments.measures import held_out_distances
-from ..holden2017.model import Manifold, Style, save_manifold, save_style
+from ..holden2017.trained import Manifold
+from ..styles.files import save_manifold, save_style
 from ..holden2017.objective import EQUATION_10, Weights
 from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import transfer
 from ..motion.bvh import write_bvh
 from ..motion.dataset import assemble, save_dataset
 from ..motion.features import path_error, path_length
-from ..motion.prepare import fit_normaliser
 from ..embedded.walkers import STYLES, make_database
 from ..motion.take import make_take
 from ..storage import atomic_write
@@ -66,7 +68,8 @@ def run(arguments):
     save_manifold(out / "manifold.npz", manifold)
 
     print(f"3/5  the transformation network for style {arguments.style!r} (equations 4 to 10)")
-    lesson, held_out, exemplars = make_lesson(dataset, manifold, arguments.style)
+    lesson, held_out, exemplars = make_training_set(dataset, manifold, arguments.style,
+                                                    networks=networks)
     style, style_records = _style(lesson, manifold, arguments.style, arguments.seed)
     save_style(out / f"{arguments.style}.npz", style)
 
@@ -74,7 +77,7 @@ def run(arguments):
     content = next(clip for clip in held_out if clip.content == "walk")
     exemplar = next(motion for motion in motions
                     if (motion.content, motion.style) == ("walk", arguments.style))
-    result = transfer(takes[content.name], style)
+    result = transfer(takes[content.name], style, networks=networks)
     for name, clip in (("content", takes[content.name].clip), ("style", exemplar.clip),
                        ("stylised", result.clip)):
         write_bvh(out / f"{name}.bvh", clip)
@@ -98,9 +101,9 @@ def run(arguments):
 
 def _manifold(dataset, seed):
     clips = dataset.select(held_out=False)
-    normaliser = fit_normaliser(np.concatenate([clip.features for clip in clips]), dataset.source)
-    epochs = train_autoencoder(normalised_windows(clips, normaliser), epochs=EPOCHS["autoencoder"],
-                               rate=RATES["autoencoder"], hidden=HIDDEN, seed=seed)
+    X, normaliser = clean_windows(clips, dataset.source)
+    epochs = train_autoencoder(X, epochs=EPOCHS["autoencoder"], rate=RATES["autoencoder"],
+                               hidden=HIDDEN, seed=seed, gradients=autoencoder_gradients)
     records, state = _follow(epochs, EPOCHS["autoencoder"])
     return Manifold(state.params, normaliser, dataset.leg, dataset.bones), records
 
@@ -108,10 +111,9 @@ def _manifold(dataset, seed):
 def _style(lesson, manifold, name, seed):
     weights = Weights().fitted(manifold.leg, HIDDEN)
     epochs = train_style(lesson, manifold, epochs=EPOCHS["style"], rate=RATES["style"],
-                         channels=CHANNELS, seed=seed, weights=weights)
+                         channels=CHANNELS, seed=seed, weights=weights, gradients=style_gradients)
     records, state = _follow(epochs, EPOCHS["style"])
-    return Style(state.params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars,
-                 weights, lesson.known), records
+    return lesson.style(state.params, manifold, name, weights), records
 
 
 def _follow(epochs, total):

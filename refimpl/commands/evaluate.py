@@ -8,7 +8,7 @@ import numpy as np
 
 from ..experiments import evaluate
 from ..holden2016 import bridge
-from ..holden2017.model import load_style
+from ..styles.files import load_style
 from ..motion.dataset import find_clips, load_dataset, to_scale
 from ..motion.features import Start, decode
 from ..motion.take import read_take

@@ -10,16 +10,20 @@ from pathlib import Path
 
 import numpy as np
 
+from ..fast import networks
+from ..fast.gradients import autoencoder_gradients, style_gradients
+from ..fast.shards import sharded
 from ..holden2016 import bridge
 from ..experiments.measures import held_out_distances
-from ..holden2017.checkpoint import fingerprint, load_checkpoint, save_checkpoint
-from ..holden2017.lesson import make_lesson, normalised_windows
-from ..holden2017.networks import init_loss_network, init_transformation_network
-from ..holden2017.model import Manifold, Style, load_manifold, save_manifold, save_style
+from .checkpoint import fingerprint, load_checkpoint, save_checkpoint
+from ..holden2017.pairing import clean_windows, make_training_set
+from ..holden2017.networks import DEPOOLING, init_loss_network, init_transformation_network
+from ..holden2017.trained import Manifold
+from ..styles.files import load_manifold, save_manifold, save_style
 from ..holden2017.objective import EQUATION_10, WEIGHED, WEIGHTS, Weights
-from ..holden2017.train import AUTOENCODER_RATE, BATCH, DEPOOLING, RATE, train_autoencoder, train_style
+from ..holden2017.train import AUTOENCODER_RATE, BATCH, RATE, train_autoencoder, train_style
 from ..motion.dataset import load_dataset
-from ..motion.prepare import FORMS, fit_normaliser
+from ..motion.prepare import FORMS
 from ..storage import atomic_write, set_aside
 from .options import InputPath, OutputPath, number, whole
 from .progress import Progress, epoch_line, table
@@ -131,11 +135,7 @@ def run_autoencoder(arguments):
     if not clips:
         raise ValueError(
             f"{arguments.motions}: found no clip to train on, needed some that are not held out")
-    frames, contacts = (np.concatenate([getattr(clip, part) for clip in clips])
-                        for part in ("features", "contacts"))
-    normaliser = fit_normaliser(frames, dataset.source, contacts=contacts,
-                                form=arguments.normaliser)
-    X = normalised_windows(clips, normaliser)
+    X, normaliser = clean_windows(clips, dataset.source, form=arguments.normaliser)
     print(f"{len(X)} windows of {X.shape[2]} frames from {len(clips)} clips of {dataset.source}")
     settings = {
         name: getattr(arguments, name) for name in ("epochs", "batch", "rate", "alpha", "dropout",
@@ -144,7 +144,9 @@ def run_autoencoder(arguments):
     like = init_loss_network(np.random.default_rng(0), hidden=arguments.hidden,
                              width=arguments.width, dtype=X.dtype)
     params = follow(arguments, run, like, ("loss",),
-                    lambda **how: train_autoencoder(X, **how, **settings))
+                    lambda state, executor: train_autoencoder(
+                        X, state=state, **settings, gradients=sharded(
+                            autoencoder_gradients, arguments.threads, executor)))
     save_manifold(arguments.output,
                   Manifold(params, normaliser, dataset.leg, dataset.bones, arguments.depooling))
     finish(arguments)
@@ -161,11 +163,11 @@ def run_style(arguments):
     chosen = {name: getattr(arguments, f"weight_{name}") for name in WEIGHED}
     weights = replace(WEIGHTS[arguments.reading],
                       **{name: value for name, value in chosen.items() if value is not None})
-    lesson, held_out, exemplars = make_lesson(
+    lesson, held_out, exemplars = make_training_set(
         dataset, manifold, arguments.style, content_style=arguments.content_style,
         clips=arguments.clips, exemplars=arguments.exemplars,
         contents=arguments.contents.split(",") if arguments.contents else None,
-        pairs=_pairs(arguments.pair))
+        pairs=_pairs(arguments.pair), networks=networks)
     print(
         f"{len(lesson.X)} windows of {', '.join(exemplars)}; style {arguments.style!r} from "
         f"{', '.join(f'{len(clips)} clips for {content}' for content, clips in exemplars.items())}")
@@ -179,9 +181,10 @@ def run_style(arguments):
                                        width=arguments.width, dtype=lesson.X.dtype)
     fitted = weights.fitted(manifold.leg, len(manifold.params["b0"]))
     params = follow(arguments, run, like, ("loss", *(term.name for term in EQUATION_10)),
-                    lambda **how: train_style(lesson, manifold, weights=fitted, **how, **settings))
-    style = Style(params, manifold, arguments.style, lesson.pairs, lesson.learned, lesson.exemplars,
-                  fitted, lesson.known)
+                    lambda state, executor: train_style(
+                        lesson, manifold, weights=fitted, state=state, **settings, gradients=sharded(
+                            style_gradients, arguments.threads, executor)))
+    style = lesson.style(params, manifold, arguments.style, fitted)
     save_style(arguments.output, style)
     finish(arguments)
     measured = held_out_distances(held_out, exemplars, style, dataset.leg)
@@ -197,7 +200,7 @@ def follow(arguments, run, like, keys, epochs):
     """Follow a training loop, from its checkpoint on if that is asked for; leave a checkpoint after
     every epoch; draw the curves.
 
-    like : parameters of the shapes to expect;  epochs : state, executor, parts ->  the generator
+    like : parameters of the shapes to expect;  epochs : (state, executor or None) ->  the generator
     ->  the last parameters
     """
     checkpoint = checkpoint_of(arguments)
@@ -215,8 +218,7 @@ def follow(arguments, run, like, keys, epochs):
     progress = Progress(arguments.epochs - len(records), "epoch", seconds=0.0)
     threads = getattr(arguments, "threads", None)
     with ThreadPoolExecutor(threads) if threads and threads > 1 else nullcontext() as executor:
-        for record, state in epochs(
-                state=state, **({"executor": executor, "parts": threads} if threads else {})):
+        for record, state in epochs(state, executor):
             records.append(record)
             save_checkpoint(checkpoint, state, records, run)
             progress.step(epoch_line(record))

@@ -8,7 +8,7 @@ from ..holden2016 import bridge, rows
 from ..holden2016.files import save_network, save_preprocess
 from ..holden2016.network import init_network
 from ..holden2016.train import EPOCHS, RATE, train
-from ..holden2017.checkpoint import fingerprint
+from .checkpoint import fingerprint
 from ..motion.dataset import load_dataset
 from .options import InputPath, OutputPath, whole
 from .train import finish, follow, training_options
@@ -55,7 +55,7 @@ def run(arguments):
     like = init_network(np.random.default_rng(0), hidden=arguments.hidden, width=arguments.width,
                         dtype=X.dtype)
     params = follow(arguments, fingerprint(["2016", settings], X), like, ("loss",),
-                    lambda **how: train(X, **how, **settings))
+                    lambda state, _: train(X, state=state, **settings))
     save_network(arguments.output, params)
     save_preprocess(arguments.preprocess, normaliser)
     finish(arguments)

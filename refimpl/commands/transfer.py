@@ -4,8 +4,9 @@ import sys
 
 import numpy as np
 
+from ..fast import networks
 from ..holden2016 import bridge, own, search
-from ..holden2017.model import load_manifold, load_style
+from ..styles.files import load_manifold, load_style
 from ..holden2017.transfer import transfer
 from ..motion.bvh import write_bvh
 from ..motion.features import path_length
@@ -90,7 +91,8 @@ def run(arguments):
         result = _optimise(arguments, take, exemplars, manifold, network)
     else:
         result = transfer(take, style, projected=not arguments.no_projection,
-                          clean=not arguments.raw, own_pace=arguments.own_pace)
+                          clean=not arguments.raw, own_pace=arguments.own_pace,
+                          networks=networks)
     write_bvh(arguments.output, result.clip)
     unit = guess_unit(standing_height(bone_lengths(take.positions)))
     # of what was written
@@ -132,7 +134,7 @@ def _optimise(arguments, take, exemplars, manifold, network):
             chosen["amount"] = share / (1 - share)
         return bridge.transfer(take, exemplars[0].positions, network, **chosen, **common)
     return own.transfer(take, exemplars, manifold or network.manifold(),
-                        settings=own.Settings(**chosen), **common)
+                        settings=own.Settings(**chosen), networks=networks, **common)
 
 
 def _exemplar(path, overrides):

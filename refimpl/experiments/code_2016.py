@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from .. import nn
+from ..fast import networks
 from ..holden2016 import bridge, losses, own, rows, search
 from ..holden2016.network import decode, encode, project
 from ..holden2017 import losses as losses_2017
@@ -169,7 +170,7 @@ def own_form(content: np.ndarray, style: np.ndarray, network: bridge.Network, se
     settings = own.Settings(constraint_iterations=0) if first else own.Settings()
     moved = own.optimise(features, content[:, rows.CONTACTS], [bridge.to_features(style)],
                          network.manifold(), bones=bone_lengths(world(features, Start())),
-                         settings=settings, seed=seed)
+                         settings=settings, seed=seed, networks=networks)
     return bridge.to_rows(moved, content[:, rows.CONTACTS])
 
 

@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 
+from ..fast import networks
 from ..holden2016 import bridge, rows, search
 from ..holden2016.own import Settings, optimise, pairs
 from .classifiers import fit_judge, frechet_distance, gram_vectors, joint_vectors
@@ -88,23 +89,25 @@ def carry_out(take, exemplars, style, settings=Settings(), *, network=None, seed
     ->  yields (system, Stylised, seconds that its mathematics took, without reading and writing)
     """
     manifold, content = style.manifold, to_scale(take.features, take.leg, style.manifold.leg)
-    # its spectra are computed once for all clips
-    style.stylist
+    stylise(content, style, networks=networks)                   # its spectra are kept for all clips
     if network is not None:
         began = time.perf_counter()
         result = bridge.transfer(take, decode(exemplars[0], Start()), network, clean=False,
                                  seed=seed)
         yield CODED, result, time.perf_counter() - began
     began = time.perf_counter()
-    moved = optimise(content, take.contacts, exemplars, manifold, settings=settings, seed=seed)
+    moved = optimise(content, take.contacts, exemplars, manifold, settings=settings, seed=seed,
+                     networks=networks)
     seconds = time.perf_counter() - began
     yield OWN, onto_skeleton(take, to_scale(moved, manifold.leg, take.leg)), seconds
     began = time.perf_counter()
-    stylise(content, style)
+    stylise(content, style, networks=networks)
     seconds = time.perf_counter() - began
-    yield "2017 T(I), raw", transfer(take, style, projected=False, clean=False), seconds
-    yield "2017", transfer(take, style), seconds
-    yield "2017, own pace", transfer(take, style, own_pace=True), seconds
+    yield "2017 T(I), raw", transfer(
+        take, style, projected=False, clean=False, networks=networks), seconds
+    yield "2017", transfer(take, style, networks=networks), seconds
+    yield "2017, own pace", transfer(take, style, own_pace=True,
+                                     networks=networks), seconds
 
 
 def read_back(clip, path):
@@ -243,8 +246,9 @@ def table_1(features, contacts, exemplars, style, frames=FRAMES, repeats=5, sett
         times = -(-count // len(features))
         X, planted = (np.tile(a, (times, 1))[:count] for a in (features, contacts))
         works = {
-            OWN: lambda: optimise(X, planted, exemplars, style.manifold, settings=settings),
-            "2017": lambda: stylise(X, style)}
+            OWN: lambda: optimise(X, planted, exemplars, style.manifold, settings=settings,
+                                  networks=networks),
+            "2017": lambda: stylise(X, style, networks=networks)}
         if network is not None:
             works = {CODED: coded_search(X, planted, exemplars[0], network, settings), **works}
         seconds = {name: [] for name in works}
@@ -283,16 +287,16 @@ def projection_effect(clips, style, leg, *, noise=0.3, seed=0):
     corrupted = []
     for features in contents:
         spoilt = features.copy()
-        spoilt[:,
-               POSITIONS] += noise * manifold.normaliser.deviation[POSITIONS] * rng.standard_normal(
-                   (len(features), POSITIONS.stop))
+        spoilt[:, POSITIONS] += (noise * manifold.normaliser.deviation[POSITIONS]
+                                 * rng.standard_normal((len(features), POSITIONS.stop)))
         corrupted.append(spoilt)
     lines = []
-    for what, motions, clean in (("T(I)", [stylise(f, style, projected=False)
+    for what, motions, clean in (("T(I)", [stylise(f, style, projected=False, networks=networks)
                                            for f in contents], None),
                                  (f"real motion and noise of {noise:g}", corrupted, contents)):
         for name, versions in ((what, motions), (f"{what}, projected",
-                                                 [project_features(m, manifold) for m in motions])):
+                                                 [project_features(m, manifold, networks=networks)
+                                                  for m in motions])):
             positions = [decode(m, Start()) for m in _with_root(versions, motions)]
             real = [decode(f, Start()) for f in contents]
             bones = np.concatenate([
@@ -312,6 +316,5 @@ def projection_effect(clips, style, leg, *, noise=0.3, seed=0):
 
 def _with_root(versions, motions):
     """Each version with the root velocities of its motion, as `transfer` has it."""
-    return [
-        np.concatenate([v[:, POSITIONS], m[:, VELOCITIES]], axis=1)
-        for v, m in zip(versions, motions)]
+    return [np.concatenate([v[:, POSITIONS], m[:, VELOCITIES]], axis=1)
+            for v, m in zip(versions, motions)]

@@ -14,10 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from ..fast import networks
+from ..fast.gradients import autoencoder_gradients, style_gradients
 from .classifiers import Judge, fit_judge, joint_vectors
-from ..holden2017.lesson import Lesson, make_lesson, normalised_windows
+from ..holden2017.pairing import TrainingSet, clean_windows, make_training_set
 from .measures import style_distance
-from ..holden2017.model import Manifold, Style
+from ..holden2017.trained import Manifold, Style
 from ..holden2017.objective import Weights
 from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import project_features, stylise
@@ -26,7 +28,6 @@ from ..motion.features import (POSITIONS, TRANSLATION, VELOCITIES, Start, decode
                                path_length)
 from ..motion.footing import foot_skate, jerk
 from ..motion.joints import BONES, JOINTS
-from ..motion.prepare import fit_normaliser
 from ..motion.take import Take
 
 LEG = 80.0                                       # centimetres: all lengths are told for such a body
@@ -66,31 +67,28 @@ def learn_manifold(ground: Ground, *, depooling: str = "random", form: str = "gr
                    seed: int = 0, hidden: int = 256, epochs: int = 80) -> Manifold:
     """A loss network of all clips that are not held out."""
     clips = ground.dataset.select(held_out=False)
-    frames, contacts = (np.concatenate([getattr(c, part) for c in clips])
-                        for part in ("features", "contacts"))
-    normaliser = fit_normaliser(frames, ground.dataset.source, contacts=contacts, form=form)
-    X = normalised_windows(clips, normaliser)
+    X, normaliser = clean_windows(clips, ground.dataset.source, form=form)
     params = _last(train_autoencoder(X, epochs=epochs, depooling=depooling, hidden=hidden,
-                                     seed=seed))
+                                     seed=seed, gradients=autoencoder_gradients))
     return Manifold(params, normaliser, ground.dataset.leg, ground.dataset.bones, depooling)
 
 
-def lesson_of(ground: Ground, manifold: Manifold, style: str) -> tuple[Lesson, dict[str, list]]:
-    """What T learns this style on: contents of all styles.   ->  Lesson, {content: exemplars}"""
+def lesson_of(ground: Ground, manifold: Manifold, style: str) -> tuple[TrainingSet, dict[str, list]]:
+    """What T learns this style on: contents of all styles.   ->  TrainingSet, {content: exemplars}"""
     everyone = ",".join(ground.dataset.styles)
-    lesson, _, exemplars = make_lesson(ground.dataset, manifold, style, content_style=everyone,
-                                       clips=ground.learn, exemplars=ground.learn)
+    lesson, _, exemplars = make_training_set(ground.dataset, manifold, style, content_style=everyone,
+                                             clips=ground.learn, exemplars=ground.learn,
+                                             networks=networks)
     return lesson, exemplars
 
 
-def learn_style(lesson: Lesson, manifold: Manifold, name: str, weights: Weights, *,
+def learn_style(lesson: TrainingSet, manifold: Manifold, name: str, weights: Weights, *,
                 channels: int = 128, epochs: int = 100, seed: int = 0) -> Style:
     """weights : for centimetres and 256 hidden units"""
     weights = weights.fitted(manifold.leg, len(manifold.params["b0"]))
     params = _last(train_style(lesson, manifold, epochs=epochs, weights=weights, channels=channels,
-                               seed=seed))
-    return Style(params, manifold, name, lesson.pairs, lesson.learned, lesson.exemplars, weights,
-                 lesson.known)
+                               seed=seed, gradients=style_gradients))
+    return lesson.style(params, manifold, name, weights)
 
 
 def _last(epochs: Iterator[Any]) -> dict[str, np.ndarray]:
@@ -110,7 +108,7 @@ def projection(ground: Ground, manifold: Manifold, clips: Sequence[Labelled], *,
         X, cm = ground.features(clip, manifold), LEG / manifold.leg
         noisy = X.copy()
         noisy[:, POSITIONS] += NOISE / cm * rng.standard_normal((len(X), POSITIONS.stop))
-        PX, PN = project_features(X, manifold), project_features(noisy, manifold)
+        PX, PN = (project_features(x, manifold, networks=networks) for x in (X, noisy))
         own = own_jerk(X, clip.fps)
         rows.append({"error": cm * _off(PX, X), "jerk": own_jerk(_with_root(PX, X), clip.fps) / own,
                      "path": cm * path_error(PX, X)[0], "noisy error": cm * _off(PN, X),
@@ -169,8 +167,8 @@ def transfers(ground: Ground, style: Style, exemplars: dict[str, list],
     rows = []
     for clip in contents:
         X = ground.features(clip, style.manifold)
-        T = stylise(X, style, projected=False)
-        O = _with_root(project_features(T, style.manifold), T)
+        T = stylise(X, style, projected=False, networks=networks)
+        O = _with_root(project_features(T, style.manifold, networks=networks), T)
         rows.append({"content": clip.content,
                      **look(ground, O, clip, style.name, exemplars, referee, judge),
                      **_compared(O, X, clip, style.manifold)})

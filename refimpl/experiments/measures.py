@@ -4,33 +4,32 @@ import numpy as np
 
 from .. import nn
 from ..motion.dataset import to_scale
-from ..nn import tiled
+from ..fast import networks
 from ..holden2017.losses import style_target
-from ..holden2017.networks import encode
 from ..holden2017.transfer import stylise
 
 
-def hidden_units(features, manifold, *, kernels=tiled):
+def hidden_units(features, manifold):
     """L(X) of one clip on the model's scale.   (T, 66)  ->  (m, T // 2)"""
-    return encode(manifold.network_input(features), manifold.params, kernels=kernels)[0]
+    return networks.encode(manifold.network_input(features), manifold.params)[0]
 
 
-def style_distance(features, exemplars, manifold, *, kernels=tiled):
+def style_distance(features, exemplars, manifold):
     r"""|| Gram(L(S)) - Gram(L(X)) ||, the style target scaled to the clip's frames.
 
     features : (T, 66);  exemplars : list of features (T_e, 66)  ->  float
     """
-    H = hidden_units(features, manifold, kernels=kernels)
-    G = style_target([hidden_units(e, manifold, kernels=kernels) for e in exemplars], H.shape[1])
+    H = hidden_units(features, manifold)
+    G = style_target([hidden_units(e, manifold) for e in exemplars], H.shape[1])
     return float(np.linalg.norm(G - nn.gram(H[None])[0]))
 
 
-def content_distance(features, content, manifold, *, kernels=tiled):
+def content_distance(features, content, manifold):
     """|| L(I) - L(X) || of two clips of the same length.   (T, 66), (T, 66)  ->  float"""
     return float(
         np.linalg.norm(
-            hidden_units(features, manifold, kernels=kernels)
-            - hidden_units(content, manifold, kernels=kernels)))
+            hidden_units(features, manifold)
+            - hidden_units(content, manifold)))
 
 
 def held_out_distances(clips, exemplars, style, leg):
@@ -43,10 +42,10 @@ def held_out_distances(clips, exemplars, style, leg):
     measured = []
     for clip in clips:
         content = to_scale(clip.features, leg, style.manifold.leg)
-        distance = {
-            name: style_distance(features, exemplars[clip.content], style.manifold)
-            for name, features in (("content", content), ("transformed",
-                                                          stylise(content, style, projected=False)),
-                                   ("projected", stylise(content, style)))}
+        versions = {"content": content, "transformed": stylise(
+            content, style, projected=False, networks=networks), "projected": stylise(
+                content, style, networks=networks)}
+        distance = {name: style_distance(features, exemplars[clip.content], style.manifold)
+                    for name, features in versions.items()}
         measured.append({"clip": clip.name, **distance})
     return measured

@@ -13,11 +13,12 @@ import numpy as np
 
 from .. import nn
 from ..holden2017 import networks
-from ..holden2017.step import AutoencoderStep, StyleStep
-from ..holden2017.stylist import Stylist
+from ..fast.autoencoder import AutoencoderStep
+from ..fast.gradients import StyleStep
+from ..fast.stylist import Stylist
 from ..holden2017.objective import CONTENT, STYLE, Batch, Weights
 from ..motion.joints import BONES
-from ..nn import tiled
+from ..fast import conv
 
 FRAMES, BATCHES = (240, 480, 960), (10, 32)
 PERCEPTUAL = (CONTENT, STYLE)
@@ -85,11 +86,10 @@ def inference(problem, peer, seconds, frames=FRAMES):
             for params in (problem.T, problem.L)]
     for count in frames:
         X = problem.motion(1, count)
-        exact = networks.project(networks.transform(X.astype(float), wide[0], kernels=nn), wide[1],
-                                 kernels=nn)
+        exact = networks.project(networks.transform(X.astype(float), wide[0]), wide[1])
         rivals = {
             "tiled": lambda: stylist.stylise(X), "direct": lambda: networks.project(
-                networks.transform(X, problem.T, kernels=nn), problem.L, kernels=nn),
+                networks.transform(X, problem.T), problem.L),
             **(peer.inference(problem, X) if peer else {})}
         rows.append(
             _row(f"stylise + project, {count} frames", problem.dtype, rivals, seconds,
@@ -148,11 +148,11 @@ def convolutions(problem, seconds):
     dy = problem.motion(10, 240)[:, :1].repeat(128, axis=1)
     return [
         _row("conv1d 128 to 128, batch 10, forward", problem.dtype,
-             {"tiled": lambda: tiled.conv1d(x, w, b), "direct": lambda: nn.conv1d(x, w, b)},
+             {"tiled": lambda: conv.conv1d(x, w, b), "direct": lambda: nn.conv1d(x, w, b)},
              seconds),
         _row(
             "the same, backward", problem.dtype, {
-                "tiled": lambda: tiled.conv1d_backward(dy, x, w, b),
+                "tiled": lambda: conv.conv1d_backward(dy, x, w, b),
                 "direct": lambda: nn.conv1d_backward(dy, x, w, b)}, seconds)]
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..holden2017.model import Manifold
+from ..holden2017.trained import Manifold
 from ..holden2017.transfer import Stylised, onto_skeleton
 from ..motion import features as f66
 from ..motion.dataset import Labelled

@@ -27,8 +27,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..holden2017 import losses
-from ..holden2017.networks import decode, decode_backward_to_input, encode
+from ..holden2017 import losses, networks as text
 from ..holden2017.objective import (CONSTRAINTS, WEIGHTS as TRAINING, Batch, Weights, column,
                                     denormalise, term_losses, term_losses_backward)
 from ..holden2017.train import annealed
@@ -89,16 +88,17 @@ def decoded_loss(H, target, params, mean, deviation, weights=Weights()):
     H : (N, m, T // 2), target : Batch, params : W0, b0  ->  (N,)
     """
     return sum(
-        term_losses(denormalise(decode(H, params), mean, deviation), target, CONSTRAINTS,
+        term_losses(denormalise(text.decode(H, params), mean, deviation), target, CONSTRAINTS,
                     weights).values())
 
 
-def decoded_loss_backward(dloss, H, target, params, mean, deviation, weights=Weights()):
+def decoded_loss_backward(dloss, H, target, params, mean, deviation, weights=Weights(),
+                          networks=text):
     """dloss : (N,)  ->  dH (N, m, T // 2)"""
-    X = decode(H, params)
+    X = networks.decode(H, params)
     dmotion = term_losses_backward(dloss, denormalise(X, mean, deviation), target, CONSTRAINTS,
                                    weights)
-    return decode_backward_to_input(dmotion * column(deviation, X), H, params)
+    return networks.decode_backward_to_input(dmotion * column(deviation, X), H, params)
 
 
 def minimise(H, backward, iterations, rate):
@@ -110,12 +110,13 @@ def minimise(H, backward, iterations, rate):
 
 
 def optimise(features, contacts, exemplars, manifold, *, bones=None, settings=Settings(),
-             weights=None, seed=0):
+             weights=None, seed=0, networks=text):
     """Content features in the style of the exemplars, all on the manifold's scale.
 
     features : (T, 66);  contacts : (T, 4);  exemplars : list of (T_e, 66);  bones : (20,) lengths
     to keep, the manifold's unless given;  weights : of the constraints, for the manifold's unit,
-    WEIGHTS unless given;  seed : of the noise   ->  (T, 66).   Raises ValueError.
+    WEIGHTS unless given;  seed : of the noise;  networks : who computes encode, decode and its
+    gradient, `fast.networks` say   ->  (T, 66).   Raises ValueError.
     """
     if not exemplars:
         raise ValueError("exemplars: found none, needed at least one clip in the style")
@@ -125,26 +126,26 @@ def optimise(features, contacts, exemplars, manifold, *, bones=None, settings=Se
     even, planted = search.even(features), search.even(contacts)
     X = manifold.network_input(even)
     one = np.ones(1, X.dtype)
-    content = encode(X, params)
+    content = networks.encode(X, params)
     gram = losses.style_target(
-        [encode(manifold.network_input(pairs(e)), params)[0] for e in exemplars],
+        [networks.encode(manifold.network_input(pairs(e)), params)[0] for e in exemplars],
         content.shape[2])[None]
     start = content
     if settings.start == "noise":
-        start = encode(
+        start = networks.encode(
             search.noise(np.random.default_rng([seed, 4]), X.shape[2], FEATURES).astype(X.dtype), params)
 
     H = minimise(start, lambda H: hidden_loss_backward(one, H, content, gram, style=s),
                  settings.iterations, settings.rate)
-    styled = decode(H, params)
+    styled = networks.decode(H, params)
     path = walked_as(even[:, VELOCITIES], manifold.motion(styled)[:, VELOCITIES])
     target = Batch(X, None, planted.T[None].astype(X.dtype),
                    manifold.bones if bones is None else bones, path.T[None].astype(X.dtype))
     H = minimise(
-        encode(styled, params), lambda H: decoded_loss_backward(
-            one, H, target, params, normaliser.mean, normaliser.deviation, weights),
+        networks.encode(styled, params), lambda H: decoded_loss_backward(
+            one, H, target, params, normaliser.mean, normaliser.deviation, weights, networks),
         settings.constraint_iterations, settings.constraint_rate)
-    moved = manifold.motion(decode(H, params))
+    moved = manifold.motion(networks.decode(H, params))
     moved[:, VELOCITIES] = path
     return moved[:len(features)]
 
@@ -164,7 +165,8 @@ def pairs(features):
                     - len(features) % 2] if len(features) > 1 else np.repeat(features, 2, axis=0)
 
 
-def transfer(take, exemplars, manifold, *, clean=True, settings=Settings(), weights=None, seed=0):
+def transfer(take, exemplars, manifold, *, clean=True, settings=Settings(), weights=None, seed=0,
+             networks=text):
     """Stylise a take by optimisation; its bones keep their own lengths.
 
     Take, list of Take in the style, Manifold;  clean : see `transfer.onto_skeleton`
@@ -174,5 +176,5 @@ def transfer(take, exemplars, manifold, *, clean=True, settings=Settings(), weig
     moved = optimise(to_scale(take.features, take.leg, manifold.leg), take.contacts,
                      [to_scale(e.features, e.leg, manifold.leg)
                       for e in exemplars], manifold, bones=bone_lengths(take.positions) * size,
-                     settings=settings, weights=weights, seed=seed)
+                     settings=settings, weights=weights, seed=seed, networks=networks)
     return onto_skeleton(take, to_scale(moved, manifold.leg, take.leg), clean=clean)

@@ -1,4 +1,4 @@
-r"""The five losses of Holden et al. 2017, equations 4 to 10, each with its gradient.
+r"""The five losses of Holden et al. 2017, each with its gradient.
 
 Content and style compare hidden units `(N, m, T)` and Gram matrices `(N, m, m)`. Foot, bone and
 trajectory losses are about real lengths: they take *denormalised* motion `(N, 66, T)`. Every loss
@@ -17,7 +17,6 @@ from ..motion.joints import BONES, FEET, JOINTS
 from ..nn.arguments import check_whole
 from ..nn.sums import power_of_two
 
-
 Bones = Sequence[tuple[int, int]]
 
 # What the bars || . || of equations 4 and 5 may mean, and the gradient of each.
@@ -28,10 +27,13 @@ READINGS = {"norm": (nn.norm, nn.norm_backward),
 
 def content_loss(H_input: np.ndarray, H_output: np.ndarray, *, c: float = 1.0,
                  reading: str = "norm") -> np.ndarray:
-    r"""Equation 4:   c || L(I) - L(T(I)) ||
+    r"""The content loss (Holden 2017, Equation 4):   c || L(I) - L(T(I)) ||
 
     H_input, H_output : (N, m, T);  reading : of the bars, "norm" as printed, "mean_squares" as the
     2016 code has it, or "sum_squares"   ->  (N,)
+
+    >>> content_loss(np.zeros((1, 1, 2)), np.array([[[3.0, 4.0]]]))
+    array([5.])
     """
     measure, _ = _reading(reading)
     return c * measure(H_input - H_output)
@@ -40,7 +42,13 @@ def content_loss(H_input: np.ndarray, H_output: np.ndarray, *, c: float = 1.0,
 def content_loss_backward(dloss: np.ndarray, H_input: np.ndarray, H_output: np.ndarray, *,
                           c: float = 1.0,
                           reading: str = "norm") -> tuple[np.ndarray, np.ndarray]:
-    """dloss : (N,)  ->  dH_input, dH_output (N, m, T): equal and opposite"""
+    """Both gradients are along the difference, equal and opposite.
+
+    dloss : (N,)  ->  dH_input, dH_output (N, m, T)
+
+    >>> content_loss_backward(np.ones(1), np.zeros((1, 1, 2)), np.array([[[3.0, 4.0]]]))[1]
+    array([[[0.6, 0.8]]])
+    """
     _, measure_backward = _reading(reading)
     dH = measure_backward(c * dloss, H_input - H_output)
     return dH, -dH
@@ -48,10 +56,13 @@ def content_loss_backward(dloss: np.ndarray, H_input: np.ndarray, H_output: np.n
 
 def style_loss(G_style: np.ndarray, H_output: np.ndarray, *, s: float = 0.01,
                reading: str = "norm") -> np.ndarray:
-    r"""Equations 5 and 6:   s || Gram(L(S)) - Gram(L(T(I))) ||
+    r"""The style loss (Holden 2017, Equation 5):   s || Gram(L(S)) - Gram(L(T(I))) ||
 
     G_style : (N, m, m), scaled to the output's number of frames (see `style_target`);
     H_output : (N, m, T);  reading : of the bars, as in `content_loss`   ->  (N,)
+
+    >>> style_loss(np.zeros((1, 1, 1)), np.array([[[3.0, 4.0]]]))
+    array([0.25])
     """
     measure, _ = _reading(reading)
     return s * measure(G_style - nn.gram(H_output))
@@ -60,7 +71,13 @@ def style_loss(G_style: np.ndarray, H_output: np.ndarray, *, s: float = 0.01,
 def style_loss_backward(dloss: np.ndarray, G_style: np.ndarray, H_output: np.ndarray, *,
                         s: float = 0.01,
                         reading: str = "norm") -> tuple[np.ndarray, np.ndarray]:
-    """dloss : (N,)  ->  dG_style (N, m, m), dH_output (N, m, T)"""
+    """The output's gradient comes back through its Gram matrix.
+
+    dloss : (N,)  ->  dG_style (N, m, m), dH_output (N, m, T)
+
+    >>> style_loss_backward(np.ones(1), np.zeros((1, 1, 1)), np.array([[[3.0, 4.0]]]))[1]
+    array([[[0.06, 0.08]]])
+    """
     _, measure_backward = _reading(reading)
     dG = measure_backward(s * dloss, G_style - nn.gram(H_output))
     return dG, nn.gram_backward(-dG, H_output)
@@ -80,6 +97,9 @@ def style_target(exemplars: list[np.ndarray], frames: int) -> np.ndarray:
     output's; several exemplars count as one long one:   G = frames * sum_e Gram(H_e) / sum_e T_e
 
     exemplars : list of H (m, T_e)  ->  (m, m)
+
+    >>> style_target([np.array([[3.0, 4.0]])], frames=4)
+    array([[50.]])
     """
     check_whole("frames", frames, 1)
     total = sum(nn.gram(H[None])[0] for H in exemplars)
@@ -99,6 +119,9 @@ def foot_velocities(motion: np.ndarray) -> np.ndarray:
         omega x p = (turn z, 0, -turn x),   v_r = (sideways, 0, forward)
 
     motion : (N, 66, T)  ->  (N, 4, 3, T-1)
+
+    >>> bool(foot_velocities(np.ones((1, 66, 2)))[0, 0, 1, 0] == 0)       # up it only has its own
+    True
     """
     p = joint_positions(motion)[:, FEET]                         # (N, 4, 3, T)
     turn = motion[:, None, TURN, :-1]                            # (N, 1, T-1)
@@ -109,7 +132,10 @@ def foot_velocities(motion: np.ndarray) -> np.ndarray:
 
 
 def foot_velocities_backward(dv: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """dv : (N, 4, 3, T-1), motion : (N, 66, T)  ->  (N, 66, T)"""
+    """Feet, turning and the root's velocity each get their share.
+
+    dv : (N, 4, 3, T-1), motion : (N, 66, T)  ->  (N, 66, T)
+    """
     p = joint_positions(motion)[:, FEET]
     turn = motion[:, None, TURN, :-1]
     dp = np.zeros_like(p)
@@ -127,11 +153,17 @@ def foot_velocities_backward(dv: np.ndarray, motion: np.ndarray) -> np.ndarray:
 
 
 def foot_loss(motion: np.ndarray, contacts: np.ndarray, *, target: Any = 0.0) -> np.ndarray:
-    r"""Equation 7:   sum over feet j and frames in contact of || v_r + omega x p_j + v_j - r' ||^2
+    r"""The foot loss (Holden 2017, Equation 7):
+
+        sum over feet j and frames in contact of || v_r + omega x p_j + v_j - r' ||^2
 
     motion : (N, 66, T) denormalised;  contacts : (N, 4, T) of 0 and 1, constants;  target : r', the
     velocity that a planted foot should have, 0 or broadcastable to (N, 4, 3, T-1)
     ->  (N,), length^2 / frame^2
+
+    >>> still = np.zeros((1, 66, 3))
+    >>> foot_loss(still, np.ones((1, 4, 3))), foot_loss(still, np.ones((1, 4, 3)), target=1.0)
+    (array([0.]), array([24.]))
     """
     slide = contacts[:, :, None, :-1] * (foot_velocities(motion) - target)
     return nn.sum_squares(slide)
@@ -139,17 +171,22 @@ def foot_loss(motion: np.ndarray, contacts: np.ndarray, *, target: Any = 0.0) ->
 
 def foot_loss_backward(dloss: np.ndarray, motion: np.ndarray, contacts: np.ndarray, *,
                        target: Any = 0.0) -> np.ndarray:
-    """dloss : (N,)  ->  dmotion (N, 66, T); contacts and target are constants"""
+    """Contacts and target are constants.   dloss : (N,)  ->  dmotion (N, 66, T)"""
     planted = contacts[:, :, None, :-1]
     slide = planted * (foot_velocities(motion) - target)
     return foot_velocities_backward(planted * nn.sum_squares_backward(dloss, slide), motion)
 
 
 def bone_loss(motion: np.ndarray, lengths: Any, *, bones: Bones = BONES) -> np.ndarray:
-    r"""Equation 8:   sum over bones b = (j1, j2) and frames of ( || p_j1 - p_j2 || - l_b )^2
+    r"""The bone loss (Holden 2017, Equation 8):
+
+        sum over bones b = (j1, j2) and frames of ( || p_j1 - p_j2 || - l_b )^2
 
     motion : (N, 66, T) denormalised;  lengths : one for each of the bones, pairs of joints, those
     of `joints.BONES` unless others are given   ->  (N,), length^2
+
+    >>> bone_loss(np.zeros((1, 66, 1)), np.full(20, 2.0))                 # each is 2 too short
+    array([80.])
     """
     return nn.sum_squares(_bone_errors(motion, lengths, bones)[1])
 
@@ -197,11 +234,16 @@ def _unit_vectors(v):
 
 def trajectory_loss(motion: np.ndarray, wanted: np.ndarray, *,
                     turn_weight: float = 1.0) -> np.ndarray:
-    r"""Equation 9, with both squares:   turn_weight || turn - turn' ||^2 + || v_r - v_r' ||^2
+    r"""The trajectory loss, with both squares (Holden 2017, Equation 9):
+
+        turn_weight || turn - turn' ||^2 + || v_r - v_r' ||^2
 
     motion : (N, 66, T) denormalised;  wanted : (N, 3, T) turning, forward and sideways velocity of
     the input  ->  (N,)
     turn_weight : what a squared radian is worth in squared lengths; 1 as printed.
+
+    >>> trajectory_loss(np.zeros((1, 66, 1)), np.array([[[1.0], [2.0], [0.0]]]), turn_weight=10.0)
+    array([14.])
     """
     return nn.sum_squares(_trajectory_scale(motion, turn_weight)
                           * (motion[:, VELOCITIES] - wanted))
@@ -209,7 +251,7 @@ def trajectory_loss(motion: np.ndarray, wanted: np.ndarray, *,
 
 def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray, wanted: np.ndarray, *,
                              turn_weight: float = 1.0) -> np.ndarray:
-    """dloss : (N,)  ->  dmotion (N, 66, T)"""
+    """Only the three velocities have a part in it.   dloss : (N,)  ->  dmotion (N, 66, T)"""
     root = _trajectory_scale(motion, turn_weight)
     dmotion = np.zeros_like(motion)
     dmotion[:, VELOCITIES] = root * nn.sum_squares_backward(

@@ -8,6 +8,7 @@ and shoulders are drawn towards the training skeleton's.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -16,12 +17,14 @@ from ..motion.dataset import to_scale
 from ..motion.features import FPS, TRANSLATION, VELOCITIES, decode, path_error, path_length
 from ..motion.foot_ik import plant
 from ..motion.footing import pace
+from ..motion.known import STRANGE
 from ..motion.retarget import fit_pose, points
 from ..motion.skeleton import with_pose
-from .known import STRANGE
-from .networks import project, transform
+from ..motion.take import Take
+from . import networks as text
+from .trained import Manifold, Style
 
-# of the way, and in legs: how far the path of T(I) may lie from the content's
+# How far the path of T(I) may lie from the content's: a share of the way, and so many legs.
 ASTRAY = 0.1, 0.2
 
 
@@ -46,8 +49,8 @@ class Stylised:
     strangeness: float = float("nan")
 
     @property
-    def warnings(self):
-        """Why not to trust this result.   ->  tuple of str"""
+    def warnings(self) -> tuple[str, ...]:
+        """Why not to trust this result."""
         said = []
         if self.strangeness > STRANGE:
             said.append(
@@ -58,26 +61,25 @@ class Stylised:
         if self.kept:
             said.append(
                 f"the style would leave a way of {self.way:.1f} legs by {self.astray:.1f} legs on "
-                f"average (allowed: {ASTRAY[0]:.0%} of the way and "
-                f"{ASTRAY[1]:g} leg): the content's own path is kept")
+                f"average (allowed: {ASTRAY[0]:.0%} of the way and {ASTRAY[1]:g} leg): the "
+                "content's own path is kept")
         return tuple(said)
 
 
-def stylise(features, style, *, projected=True, stylist=None, kernels=None):
+def stylise(features: np.ndarray, style: Style, *, projected: bool = True,
+            networks: Any = text) -> np.ndarray:
     """P(T(I)) of features on the model's scale, or T(I) alone.   (T, 66)  ->  (T, 66)
 
-    stylist : the style's own unless given (one with more threads, say);  kernels : who computes the
-    definition instead, `refimpl.nn` say
+    networks : who computes `transform` and `project`, this room's definitions unless given;
+    `fast.networks` is sooner
     """
-    X, manifold = style.manifold.network_input(features), style.manifold
-    if kernels is not None:
-        O = transform(X, style.params, kernels=kernels)
-        return manifold.motion(project(O, manifold.params, kernels=kernels) if projected else O)
-    stylist = stylist or style.stylist
-    return manifold.motion(stylist.stylise(X) if projected else stylist.transform(X))
+    manifold = style.manifold
+    O = networks.transform(manifold.network_input(features), style.params)
+    return manifold.motion(networks.project(O, manifold.params) if projected else O)
 
 
-def project_features(features, manifold, *, stylist=None, kernels=None):
+def project_features(features: np.ndarray, manifold: Manifold, *,
+                     networks: Any = text) -> np.ndarray:
     """P(X) = L+(L(X)) of features on the model's scale, the mean over both ways of taking frames in
     pairs.   (T, 66)  ->  (T, 66)
 
@@ -85,34 +87,32 @@ def project_features(features, manifold, *, stylist=None, kernels=None):
     at other frames each time, and half of it is gone in the mean. On motion that is smoother than
     recordings are it halves the jerk that P adds.
     """
-    X = manifold.network_input(features)
-
-    def P(X):
-        return project(X, manifold.params, kernels=kernels) if kernels is not None else (
-            stylist or manifold.stylist).project(X)
-    return manifold.motion((P(X) + P(np.concatenate([X[:, :, :1], X], axis=2))[:, :, 1:]) / 2)
+    X, params = manifold.network_input(features), manifold.params
+    shifted = networks.project(np.concatenate([X[:, :, :1], X], axis=2), params)[:, :, 1:]
+    return manifold.motion((networks.project(X, params) + shifted) / 2)
 
 
-def transfer(take, style, *, projected=True, clean=True, own_pace=False, stylist=None,
-             kernels=None):
-    """Stylise a take.   Take, Style  ->  Stylised.
-    clean : see `onto_skeleton`;  stylist, kernels : as in `stylise`
+def transfer(take: Take, style: Style, *, projected: bool = True, clean: bool = True,
+             own_pace: bool = False, networks: Any = text) -> Stylised:
+    """Stylise a take.
+
+    clean : see `onto_skeleton`;  networks : as in `stylise`
+    own_pace : walk the path as fast as the feet step (`footing.pace`), so that an old man's short
+    steps need not become long ones
 
     The character is brought to the model's size and back, and starts where and as the content
     starts. Its root keeps the velocities of T(I), which equation 9 holds to the content's; the
     projection would lead the path astray (see the README's deviations). Where T leads it astray
     itself (`ASTRAY`), as with contents of other speeds than it has learnt, the content's path is
     kept, unless `clean` is False.
-    own_pace : walk the path as fast as the feet step (`footing.pace`), so that an old man's short
-    steps need not become long ones.
     """
     leg, manifold = take.leg, style.manifold
     content = to_scale(take.features, leg, manifold.leg)
-    transformed = stylise(content, style, projected=False, stylist=stylist, kernels=kernels)
-    moved = project_features(transformed, manifold, stylist=stylist,
-                             kernels=kernels) if projected else transformed.copy()
-    astray, way = path_error(transformed,
-                             content)[0] / manifold.leg, path_length(content) / manifold.leg
+    transformed = stylise(content, style, projected=False, networks=networks)
+    moved = (project_features(transformed, manifold, networks=networks) if projected
+             else transformed.copy())
+    astray, way = (length / manifold.leg for length in (path_error(transformed, content)[0],
+                                                        path_length(content)))
     kept = clean and astray > ASTRAY[0] * way + ASTRAY[1]
     moved[:, VELOCITIES] = (content if kept else transformed)[:, VELOCITIES]
     if own_pace:
@@ -122,12 +122,11 @@ def transfer(take, style, *, projected=True, clean=True, own_pace=False, stylist
                    astray=astray, way=way, kept=bool(kept), strangeness=strangeness)
 
 
-def onto_skeleton(take, features, *, clean=True):
-    """Features in the take's unit as a clip on the take's skeleton, which begins where the take
-    begins.
+def onto_skeleton(take: Take, features: np.ndarray, *, clean: bool = True) -> Stylised:
+    """Features (T, 66) in the take's unit as a clip on the take's skeleton, which begins where the
+    take begins.
 
-    clean : lock the feet where the content's are planted (`motion.foot_ik`);  take : Take,
-    features : (T, 66)   ->  Stylised
+    clean : lock the feet where the content's are planted (`motion.foot_ik`)
     """
     pose = fit_pose(take, decode(features, take.start))
     if clean:

@@ -8,7 +8,6 @@ C, T)`: clips, channels, frames.
 - `conv`: conv1d and its adjoint conv_transpose1d.   `plain`: the plainest one, to read first.
 - `pool`: max- and average-pooling and their ways back.   `activation`: relu.
 - `gram`: the Gram matrix.   `norms`: sizes and errors.   `adam`: the optimiser.
-- `tiled`: the same convolutions, faster, for wide filters.   `plan`: how.
 - `conventions`: kinks, ties and forms, with who does otherwise, as data.
 
 `check_gradient` and its companions live in `refimpl.gradcheck` and are found here too.
@@ -16,7 +15,7 @@ C, T)`: clips, channels, frames.
 
 import importlib
 
-from . import conventions, plain, tiled
+from . import conventions, plain
 from .activation import relu, relu_backward
 from .adam import adam_start, adam_step, adam_update
 from .conv import conv1d, conv1d_backward, conv_transpose1d, conv_transpose1d_backward

@@ -9,7 +9,7 @@ from refimpl.experiments import evaluate
 from refimpl.holden2016 import bridge, network, rows
 from refimpl.experiments import classifiers as judges
 from refimpl.holden2017 import networks
-from refimpl.holden2017.model import Manifold, Style
+from refimpl.holden2017.trained import Manifold, Style
 from refimpl.motion.dataset import assemble
 from refimpl.motion.features import POSITIONS
 from refimpl.motion.joints import FEET

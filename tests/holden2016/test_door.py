@@ -9,9 +9,11 @@ import pytest
 
 from refimpl import nn
 from refimpl.holden2016 import bridge, files, losses, network, rows, search
+from refimpl.fast import networks as fast
 from refimpl.holden2017 import networks
-from refimpl.holden2017.model import Manifold, Style, load_style, save_style
-from refimpl.holden2017.stylist import Stylist
+from refimpl.holden2017.trained import Manifold, Style
+from refimpl.styles.files import load_style, save_style
+from refimpl.fast.stylist import Stylist
 from refimpl.holden2017.objective import Batch, motion_losses, motion_losses_backward
 from refimpl.motion import features as F
 from refimpl.embedded.walkers import make_clip
@@ -147,7 +149,8 @@ def test_as_a_loss_network_of_2017_it_says_the_same(made, takes):
     H = made.encode(features)
     np.testing.assert_allclose(manifold.motion(networks.decode(H, manifold.params)), made.decode(H), atol=1e-10)
     for odd in (60, 59):
-        np.testing.assert_allclose(manifold.motion(manifold.stylist.project(X[:, :, :odd])), made.project(features[:odd]), atol=1e-10)
+        for P in (networks.project, fast.project):
+            np.testing.assert_allclose(manifold.motion(P(X[:, :, :odd], manifold.params)), made.project(features[:odd]), atol=1e-10)
     planted = made.encode(features, takes[0].contacts[:60])
     assert np.abs(planted - H).max() > 1e-3                      # contacts that are given are heard
 
@@ -171,8 +174,9 @@ def test_a_style_trained_on_it_goes_to_disk_and_back(made, takes, tmp_path):
     save_style(path, style)
     again = load_style(path)
     X = manifold.network_input(F.scale(takes[0].features, made.leg / takes[0].leg))
-    np.testing.assert_array_equal(again.stylist.stylise(X), style.stylist.stylise(X))
-    np.testing.assert_allclose(style.stylist.stylise(X), networks.project(networks.transform(X, style.params), manifold.params), atol=1e-10)
+    results = [fast.project(fast.transform(X, s.params), s.manifold.params) for s in (again, style)]
+    np.testing.assert_array_equal(*results)
+    np.testing.assert_allclose(fast.project(fast.transform(X, style.params), manifold.params), networks.project(networks.transform(X, style.params), manifold.params), atol=1e-10)
     with pytest.raises(FormatError, match="a decoder that does not fit"):
         save_style(path, replace(style, manifold=replace(manifold, params={**manifold.params, "c0": np.zeros(3)})))
         load_style(path)

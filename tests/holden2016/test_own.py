@@ -8,7 +8,7 @@ from refimpl.holden2016 import own
 from refimpl.holden2016.own import Settings
 from refimpl.experiments import measures as measure
 from refimpl.holden2017 import networks, objective
-from refimpl.holden2017.model import Manifold
+from refimpl.holden2017.trained import Manifold
 from refimpl.holden2017.train import annealed
 from refimpl.motion.features import VELOCITIES
 from refimpl.motion.joints import BONES

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from refimpl.holden2017 import networks
-from refimpl.holden2017.known import LEAST, STRANGE, known
-from refimpl.holden2017.model import Manifold, Style, load_style, save_style
+from refimpl.motion.known import LEAST, STRANGE, known
+from refimpl.holden2017.trained import Manifold, Style
+from refimpl.styles.files import load_style, save_style
 from refimpl.holden2017.transfer import transfer
 from refimpl.motion.features import SIDEWAYS, path_error, path_length
 from refimpl.motion.prepare import fit_normaliser

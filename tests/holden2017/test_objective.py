@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from refimpl import nn
+from refimpl.fast.shards import sharded
 from refimpl.holden2017 import networks, objective, train
-from refimpl.holden2017.lesson import Lesson, LessonError, pair_contents
+from refimpl.holden2017.pairing import TrainingSet, PairingError, pair_contents
 from refimpl.holden2017.losses import READINGS
 from refimpl.holden2017.objective import EQUATION_10, WEIGHTS, Batch, Weights
-from refimpl.holden2017.step import StyleStep
+from refimpl.fast.gradients import StyleStep
 from refimpl.motion.joints import BONES
 
 
@@ -85,10 +86,10 @@ def test_every_term_counts():
 
 
 def lesson_and_manifold():
-    from refimpl.holden2017.model import Manifold
+    from refimpl.holden2017.trained import Manifold
     from refimpl.motion.prepare import Normaliser
     _, target, L, mean, deviation, _ = problem()
-    lesson = Lesson(target.I, target.contacts, target.trajectory, {"walk": target.gram[0]}, ("walk", "walk"), target.bones)
+    lesson = TrainingSet(target.I, target.contacts, target.trajectory, {"walk": target.gram[0]}, ("walk", "walk"), target.bones)
     return lesson, Manifold(L, Normaliser(mean, deviation, "made up"), 80.0, target.bones)
 
 
@@ -126,7 +127,7 @@ def test_chance_is_seeded_and_resumed():
     settings = dict(epochs=4, hidden=8, width=5, batch=4, seed=3)
     states = [state for _, state in train.train_autoencoder(X, **settings)]
     again = [state for _, state in train.train_autoencoder(X, state=states[1], **settings)]
-    parts = [state for _, state in train.train_autoencoder(X, parts=2, **settings)]
+    parts = [state for _, state in train.train_autoencoder(X, gradients=sharded(networks.autoencoder_gradients, 2), **settings)]
     other = [state for _, state in train.train_autoencoder(X, **{**settings, "seed": 4})]
     for name, value in states[-1].params.items():
         np.testing.assert_array_equal(again[-1].params[name], value)
@@ -159,7 +160,7 @@ def test_non_finite_training_stops_and_names_the_batch():
 def test_contents_are_paired_by_name_then_by_its_beginning():
     assert pair_contents(["walk", "walk-turn-left", "run"], {"walk": 1, "run": 1}) == {"run": "run", "walk": "walk", "walk-turn-left": "walk"}
     assert pair_contents(["walk-turn-left"], {"walk": 1, "walk-turn-left": 1}) == {"walk-turn-left": "walk-turn-left"}
-    with pytest.raises(LessonError, match="'jump'"):
+    with pytest.raises(PairingError, match="'jump'"):
         pair_contents(["jump"], {"walk": 1})
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from refimpl.holden2017 import networks
-from refimpl.holden2017.model import Manifold, Style
+from refimpl.holden2017.trained import Manifold, Style
 from refimpl.holden2017.transfer import onto_skeleton, transfer
 from refimpl.motion import bvh, joints
 from refimpl.motion.bvh import Clip, Joint

@@ -15,7 +15,8 @@ import traceback
 
 import numpy as np
 
-from refimpl.holden2017.model import load_manifold, load_style, save_manifold, save_style, Manifold, Style
+from refimpl.holden2017.trained import Manifold, Style
+from refimpl.styles.files import load_manifold, load_style, save_manifold, save_style
 from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic
 from refimpl.motion.bvh import BVHError

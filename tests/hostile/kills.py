@@ -8,8 +8,8 @@ import subprocess
 import sys
 import tempfile
 
-from refimpl.holden2017.checkpoint import VERSION
-from refimpl.holden2017.model import load_manifold, load_style
+from refimpl.commands.checkpoint import VERSION
+from refimpl.styles.files import load_manifold, load_style
 from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic
 from refimpl.storage import FormatError, load_npz

@@ -14,7 +14,7 @@ import pytest
 
 import refimpl
 from refimpl.cli import main
-from refimpl.holden2017.checkpoint import fingerprint, load_checkpoint, save_checkpoint
+from refimpl.commands.checkpoint import fingerprint, load_checkpoint, save_checkpoint
 from refimpl.holden2017.train import Record, State, start_state
 from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic

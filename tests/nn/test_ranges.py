@@ -11,7 +11,8 @@ import pytest
 from refimpl import nn
 from refimpl.holden2017 import losses
 from refimpl.motion import rotation
-from refimpl.nn import plain, tiled
+from refimpl.nn import plain
+from refimpl.fast import conv as tiled
 from refimpl.torresani2006 import regress
 
 ORDERS = {"as made": lambda a: a, "channels last": lambda a: np.ascontiguousarray(a.swapaxes(1, 2)).swapaxes(1, 2),

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from refimpl import nn
-from refimpl.nn import conv, tiled
-from refimpl.nn.plan import Plan
+from refimpl.nn import conv
+from refimpl.fast import conv as tiled
+from refimpl.fast.spectral import Plan
 
 GENERAL = [dict(stride=2), dict(dilation=2), dict(groups=2), dict(stride=2, padding=(1, 3), dilation=2, groups=2), dict(padding=(2, 0), stride=3)]
 
@@ -76,11 +77,16 @@ def test_the_plain_case_of_wide_filters_is_served_by_tiles(width, dtype, calls):
 
 def test_what_is_no_plain_case_is_not_served():
     x, w, _ = arrays()
-    assert tiled._fits(x, w, 1, 1, 1)
+
+    def served(x, w, stride=1, dilation=1, groups=1):
+        options = {"stride": stride, "dilation": dilation, "groups": groups}
+        return tiled._fits(tiled.NARROWEST, options, w, x)
+
+    assert served(x, w)
     for wrong in ((x, w, 2, 1, 1), (x, w, 1, 2, 1), (x, w, 1, 1, 2), (x, w, True, 1, 1), (x, w, 1.0, 1, 1), (x.astype(np.float32), w, 1, 1, 1),
                   (x, w.tolist(), 1, 1, 1), (x.tolist(), w, 1, 1, 1), (x, w[0], 1, 1, 1), (x, w[None], 1, 1, 1), (x + 0j, w + 0j, 1, 1, 1),
                   (x.astype(int), w.astype(int), 1, 1, 1), (x, w[:, :, :tiled.NARROWEST - 1], 1, 1, 1)):
-        assert not tiled._fits(*wrong)
+        assert not served(*wrong)
 
 
 def test_no_bias_no_gradient_of_it_and_a_wrong_one_is_refused():

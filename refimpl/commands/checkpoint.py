@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..storage import FormatError, load_npz, save_npz
-from .train import Record, State
+from ..holden2017.train import Record, State
 
 VERSION = 2
 # how near the summaries of one run's data lie on any processor

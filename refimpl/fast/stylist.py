@@ -1,58 +1,68 @@
 r"""P(T(X)) as fast as it goes: plans with kept spectra, channel-last from end to end, the decoder
 at half resolution, long clips in blocks.
 
-`networks.transform` and `networks.project` are the definition; `Stylist` gives the same numbers
+`holden2017.networks.transform` and `project` are the definition; `Stylist` gives the same numbers
 (tested).
 """
 
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from ..nn.plan import Plan
-from .half import half_filters, taps
+from .decoder import half_filters, taps
+from .spectral import Plan
 
-# frames computed at a time: what they need stays in the processor's cache
-BLOCK = 1920
+BLOCK = 1920       # frames computed at a time: what they need stays in the processor's cache
+
+Params = Mapping[str, np.ndarray]
 
 
 class Stylist:
     """The two networks, made ready for many clips.
 
-    params : of T, or None to project only;  loss_network : W0, b0, and V0, c0 of an untied decoder;
-    threads : Python threads that share the work (the same bits for the same number);
-    block : frames computed at a time. The arrays of params are read once: a Stylist does not see
-    later changes.
+    params : of T, or None to project only;  loss_network : W0, b0, and V0, c0 of an untied decoder,
+    or None to transform only
+    threads : Python threads that share the work (the same bits for the same number)
+    block : frames computed at a time
+    The arrays of params are read once: a Stylist does not see later changes.
     """
 
-    def __init__(self, params, loss_network, *, threads=1, block=BLOCK):
-        W0, b0 = loss_network["W0"], loss_network["b0"]
+    def __init__(self, params: Params | None, loss_network: Params | None, *, threads: int = 1,
+                 block: int = BLOCK):
         layers = [] if params is None else [(params[f"W{i}"], params[f"b{i}"]) for i in (1, 2, 3)]
-        self.tied, decoder = "V0" not in loss_network, loss_network.get("V0", W0)
-        self.filters = [W for W, _ in layers] + [W0, half_filters(decoder)]
-        self.biases = [b for _, b in layers] + [b0, None if self.tied else loss_network["c0"]]
-        self.dtype, self.features, self.block = W0.dtype, W0.shape[1], max(2, block - block % 2)
-        self.reach = sum(W.shape[2] // 2 + 1 for W in self.filters[:-1]) + W0.shape[2] // 2 + 2
-        # frames that a result looks to each side, even for the pooling
+        self.encoder, self.tied = len(layers), True              # the number of L's first layer
+        if loss_network is not None:
+            W0, b0 = loss_network["W0"], loss_network["b0"]
+            self.tied = "V0" not in loss_network
+            layers += [(W0, b0), (half_filters(loss_network.get("V0", W0)),
+                                  None if self.tied else loss_network["c0"])]
+        self.filters, self.biases = [W for W, _ in layers], [b for _, b in layers]
+        self.dtype, self.block = self.filters[0].dtype, max(2, block - block % 2)
+        # Frames that a result looks to each side, even for the pooling.
+        self.reach = sum(W.shape[2] // 2 + 1 for W in self.filters[:self.encoder + 1])
+        self.reach += 0 if loss_network is None else W0.shape[2] // 2 + 2
         self.reach += self.reach % 2
-        self.pool, self.threads = (ThreadPoolExecutor(threads), threads) if threads > 1 else (None,
-                                                                                              1)
-        self._spectra, self._plans = {}, {}
+        self.threads = threads
+        self.pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self._spectra: dict = {}
+        self._plans: dict = {}
 
-    def transform(self, X):
+    def transform(self, X: np.ndarray) -> np.ndarray:
         """T(X).   (N, 66, T)  ->  (N, 66, T)"""
-        return self._in_blocks(X, range(len(self.filters) - 2))
+        return self._in_blocks(X, range(self.encoder))
 
-    def project(self, X):
+    def project(self, X: np.ndarray) -> np.ndarray:
         """P(X) = L+(L(X)).   (N, 66, T)  ->  (N, 66, T)"""
-        return self._in_blocks(X, range(len(self.filters) - 2, len(self.filters)))
+        return self._in_blocks(X, range(self.encoder, len(self.filters)))
 
-    def stylise(self, X):
+    def stylise(self, X: np.ndarray) -> np.ndarray:
         """P(T(X)).   (N, 66, T)  ->  (N, 66, T)"""
         return self._in_blocks(X, range(len(self.filters)))
 
-    def _in_blocks(self, X, layers):
+    def _in_blocks(self, X: np.ndarray, layers: Sequence[int]) -> np.ndarray:
         """Each block is computed with `reach` frames more on both sides, which makes it exact.
+
         ->  (N, 66, T), channel-last in memory
         """
         N, C, T = X.shape
@@ -60,16 +70,15 @@ class Stylist:
         for begin in range(0, T, self.block):
             end = min(T, begin + self.block)
             first, last = max(0, begin - self.reach), min(T, end + self.reach)
-            result[:, begin:end] = self._run(X[:, :, first:last], layers)[:,
-                                                                          begin - first:end - first]
+            part = self._run(X[:, :, first:last], layers)
+            result[:, begin:end] = part[:, begin - first:end - first]
         return result.swapaxes(1, 2)
 
     def _run(self, X, layers):
         """(N, 66, T)  ->  (N, T, 66), in a plan's memory"""
         N, C, T = X.shape
-        encoder = len(self.filters) - 2
-        # an odd last frame is doubled for the pooling
-        even = T + T % 2 if encoder in layers else T
+        encoder = self.encoder
+        even = T + T % 2 if encoder in layers else T   # an odd last frame is doubled for pooling
         first = self._plan(layers[0], N, even if layers[0] == encoder else T).input
         first[:, :T] = X.swapaxes(1, 2)
         first[:, T:] = X[:, None, :, -1]
@@ -77,8 +86,7 @@ class Stylist:
             frames = even if layer == encoder else even // 2 if layer > encoder else T
             plan = self._plan(layer, N, frames)
             y = plan.forward(self._filter_spectra(layer, plan))
-            if layer > encoder:
-                # (N, T / 2, 2 x 66): even and odd frames side by side
+            if layer > encoder:              # (N, T / 2, 2 x 66): even and odd frames side by side
                 X = y.reshape(N, even, C)[:, :T]
                 return X if self.tied else X + self.biases[layer]
             if layer == encoder:
@@ -97,9 +105,8 @@ class Stylist:
 
     def _pool_into(self, E, Z):
         """E = relu(max-pool(Z + b0)) / 2 - b0, what the decoder at half resolution reads (an untied
-        one without - b0).   Z : (N, T, m), E : (N, T / 2, m)
-        """
-        b0 = self.biases[-2]
+        one without - b0).   Z : (N, T, m), E : (N, T / 2, m)"""
+        b0 = self.biases[self.encoder]
         np.maximum(Z[:, 0::2], Z[:, 1::2], out=E)
         E += b0
         np.maximum(E, 0, out=E)
@@ -112,8 +119,9 @@ class Stylist:
         sizes = self._plans.setdefault(layer, {})
         if (N, T) not in sizes:
             O, C, K = self.filters[layer].shape
-            left = taps(
-                self.filters[-2].shape[2])[2] if layer == len(self.filters) - 1 else (K - 1) // 2
+            left = (K - 1) // 2
+            if layer > self.encoder:
+                left = taps(self.filters[self.encoder].shape[2])[2]
             while len(sizes) > 3:
                 sizes.pop(next(iter(sizes)))
             sizes[N, T] = Plan(N, T, C, O, K, self.dtype, left=left, pool=self.pool,

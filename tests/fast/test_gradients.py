@@ -8,15 +8,15 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
-from refimpl import nn
 from refimpl.holden2017 import networks, objective, train
-from refimpl.holden2017.half import half_filters, half_filters_backward
-from refimpl.holden2017.lesson import Lesson, batch_of
+from refimpl.fast.decoder import half_filters, half_filters_backward
+from refimpl.holden2017.pairing import TrainingSet
 from refimpl.holden2017.losses import READINGS
-from refimpl.holden2017.model import Manifold
-from refimpl.holden2017.parts import StyleWork, in_parts, style_part, summed
-from refimpl.holden2017.step import AutoencoderStep, StyleStep
-from refimpl.holden2017.stylist import Stylist
+from refimpl.holden2017.trained import Manifold
+from refimpl.fast.autoencoder import AutoencoderStep
+from refimpl.fast.gradients import StyleStep, autoencoder_gradients, style_gradients
+from refimpl.fast.shards import sharded
+from refimpl.fast.stylist import Stylist
 from refimpl.holden2017.objective import Batch, Weights
 from refimpl.motion.joints import BONES
 from refimpl.motion.prepare import Normaliser
@@ -47,7 +47,7 @@ def test_the_decoder_at_half_resolution_is_the_decoder(seed, width, frames, clip
     plan = stylist._plan(1, clips, frames)
     plan.input[:] = (H / 2 - L["b0"][:, None]).swapaxes(1, 2)
     X = plan.forward(stylist._filter_spectra(1, plan)).reshape(clips, 2 * frames, 66).swapaxes(1, 2)
-    close(X, networks.decode(H, L, kernels=nn))
+    close(X, networks.decode(H, L))
 
 
 @given(st.integers(0, 10 ** 6), st.integers(1, 30))
@@ -64,19 +64,19 @@ def test_a_stylist_is_the_networks(seed, clips, frames, width, block, threads):
     rng, T, L = made(seed, width=width)
     X = rng.normal(size=(clips, 66, frames))
     stylist = Stylist(T, L, block=block, threads=threads)
-    O = networks.transform(X, T, kernels=nn)
+    O = networks.transform(X, T)
     for _ in range(2):                                           # the second time from kept arrays
         close(stylist.transform(X), O)
-        close(stylist.stylise(X), networks.project(O, L, kernels=nn))
-        close(stylist.project(X), networks.project(X, L, kernels=nn))
-        close(Stylist(None, L, block=block).project(X), networks.project(X, L, kernels=nn))
+        close(stylist.stylise(X), networks.project(O, L))
+        close(stylist.project(X), networks.project(X, L))
+        close(Stylist(None, L, block=block).project(X), networks.project(X, L))
 
 
 def test_a_stylist_in_float32_at_the_papers_sizes():
     rng, T, L = made(5, hidden=256, channels=128, width=25, dtype=np.float32)
     X = rng.normal(size=(1, 66, 240)).astype(np.float32)
     wide = [{name: p.astype(float) for name, p in params.items()} for params in (T, L)]
-    exact = networks.project(networks.transform(X.astype(float), wide[0], kernels=nn), wide[1], kernels=nn)
+    exact = networks.project(networks.transform(X.astype(float), wide[0]), wide[1])
     found = Stylist(T, L).stylise(X)
     assert found.dtype == np.float32 and np.linalg.norm(found - exact) <= 2e-6 * np.linalg.norm(exact)
 
@@ -97,8 +97,8 @@ def problem(seed, B=3, T=40, reading="norm", **sizes):
 @pytest.mark.parametrize("seed,T_width,reading", [(1, None, "norm"), (2, None, "mean_squares"), (4, None, "sum_squares"), (3, 5, "norm")])
 def test_the_shared_style_step_is_equation_10(seed, T_width, reading):
     params, target, L, mean, deviation, weights = problem(seed, T_width=T_width, reading=reading)
-    _, terms = objective.total_loss(params, target, L, mean, deviation, weights, kernels=nn)
-    gradients = objective.total_loss_backward(1.0, params, target, L, mean, deviation, weights, kernels=nn)
+    _, terms = objective.total_loss(params, target, L, mean, deviation, weights)
+    gradients = objective.total_loss_backward(1.0, params, target, L, mean, deviation, weights)
     step = StyleStep(3, 40, params, L, mean, deviation, weights)
     for _ in range(2):
         found, walked = step(params, target)
@@ -115,7 +115,7 @@ def test_the_shared_style_step_where_norms_are_zero(reading):
     params, target, L, mean, deviation, weights = problem(4, reading=reading)
     dead = {"W0": L["W0"], "b0": np.full_like(L["b0"], -1e9)}                            # no unit is ever active
     target = replace(target, gram=np.zeros_like(target.gram))
-    gradients = objective.total_loss_backward(1.0, params, target, dead, mean, deviation, weights, kernels=nn)
+    gradients = objective.total_loss_backward(1.0, params, target, dead, mean, deviation, weights)
     found, walked = StyleStep(3, 40, params, dead, mean, deviation, weights)(params, target)
     assert found["content"] == found["style"] == 0
     for name in gradients:
@@ -131,8 +131,8 @@ def test_the_shared_autoencoder_step_is_equation_3(noise, chance, width):
     for _ in range(2):
         chosen = rng.integers(2, size=(4, 10, 15)) if chance else None
         loss, gradients = step(L, X, noisy, chosen)
-        np.testing.assert_allclose(loss, networks.autoencoder_loss(X, L, noisy=noisy, chosen=chosen, kernels=nn), rtol=1e-12)
-        needed = networks.autoencoder_loss_backward(1.0, X, L, noisy=noisy, chosen=chosen, kernels=nn)[1]
+        np.testing.assert_allclose(loss, networks.autoencoder_loss(X, L, noisy=noisy, chosen=chosen), rtol=1e-12)
+        needed = networks.autoencoder_loss_backward(1.0, X, L, noisy=noisy, chosen=chosen)[1]
         for name in needed:
             close(gradients[name], needed[name])
 
@@ -140,9 +140,9 @@ def test_the_shared_autoencoder_step_is_equation_3(noise, chance, width):
 def test_ties_of_the_pooling_go_to_the_first_in_the_steps_too():
     rng, params, L = made(7)
     X = np.repeat(rng.normal(size=(2, 66, 1)), 30, axis=2)       # constant in time: every inner pair ties
-    needed = networks.autoencoder_loss_backward(1.0, X, L, kernels=nn)[1]
+    needed = networks.autoencoder_loss_backward(1.0, X, L)[1]
     quiet = {"W0": np.zeros_like(L["W0"]), "b0": np.abs(L["b0"])}                        # all pairs tie exactly, and are active
-    needed = networks.autoencoder_loss_backward(1.0, X, quiet, kernels=nn)[1]
+    needed = networks.autoencoder_loss_backward(1.0, X, quiet)[1]
     _, gradients = AutoencoderStep(2, 30, quiet)(quiet, X)
     for name in needed:
         close(gradients[name], needed[name])
@@ -160,7 +160,7 @@ def lesson_and_manifold(dtype=float, N=7, T=40):
     rng, _, L = made(9, dtype=dtype)
     X = rng.normal(size=(N, 66, T)).astype(dtype)
     grams = {name: (g @ g.T).astype(dtype) for name, g in zip("ab", rng.normal(size=(2, 10, 10)))}
-    lesson = Lesson(X, (rng.random((N, 4, T)) < 0.5).astype(dtype), rng.normal(size=(N, 3, T)).astype(dtype), grams, tuple("abababa"[:N]),
+    lesson = TrainingSet(X, (rng.random((N, 4, T)) < 0.5).astype(dtype), rng.normal(size=(N, 3, T)).astype(dtype), grams, tuple("abababa"[:N]),
                     rng.uniform(1, 4, len(BONES)))
     return lesson, Manifold(L, Normaliser(rng.normal(size=66), rng.uniform(0.5, 2, 66), "random numbers"), 80.0, lesson.bones)
 
@@ -170,9 +170,16 @@ def trained(epochs, **how):
 
 
 def both(lesson, manifold):
-    """The two training loops."""
-    return (lambda **how: train.train_style(lesson, manifold, channels=6, width=9, **how),
-            lambda **how: train.train_autoencoder(lesson.X, hidden=10, width=9, **how))
+    """The two training loops, with the gradients of this room in so many parts."""
+    def style(parts=1, executor=None, **how):
+        return train.train_style(lesson, manifold, channels=6, width=9,
+                                 gradients=sharded(style_gradients, parts, executor), **how)
+
+    def autoencoder(parts=1, executor=None, **how):
+        return train.train_autoencoder(lesson.X, hidden=10, width=9,
+                                       gradients=sharded(autoencoder_gradients, parts, executor), **how)
+
+    return style, autoencoder
 
 
 @pytest.mark.parametrize("make", [lambda: ThreadPoolExecutor(2), lambda: ProcessPoolExecutor(2)], ids=["threads", "processes"])
@@ -191,9 +198,10 @@ def test_the_gradient_of_a_batch_is_that_of_its_parts():
     _, params, _ = made(11)
 
     def gradients(parts):
-        def work(part, i):
-            return StyleWork("run", part, params, batch_of(lesson, i), manifold.params, (manifold.normaliser.mean, manifold.normaliser.deviation), Weights())
-        return summed([style_part(work(part, i)) for part, i in enumerate(in_parts(np.arange(7), parts))])
+        make = sharded(style_gradients, parts)
+        normaliser = manifold.normaliser
+        of_batch = make(manifold.params, normaliser.mean, normaliser.deviation, Weights())
+        return of_batch(params, lesson.batch(np.arange(7)))
 
     losses, whole = gradients(1)
     losses, whole = dict(losses), {name: g.copy() for name, g in whole.items()}
@@ -217,23 +225,24 @@ def test_a_dask_cluster_gives_what_one_process_gives():
     lesson, manifold = lesson_and_manifold()
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, distributed.Client(cluster) as client:
         executor = client.get_executor()
-        found = trained(lambda **how: train.train_style(lesson, manifold, channels=6, width=9, **how), parts=2, executor=executor)
-    needed = trained(lambda **how: train.train_style(lesson, manifold, channels=6, width=9, **how), parts=2)
+        found = trained(both(lesson, manifold)[0], parts=2, executor=executor)
+    needed = trained(both(lesson, manifold)[0], parts=2)
     for name in needed[-1][1].params:
         np.testing.assert_array_equal(found[-1][1].params[name], needed[-1][1].params[name])
 
 
 def test_the_definition_trains_to_the_same_weights():
     lesson, manifold = lesson_and_manifold()
-    fast = trained(lambda **how: train.train_style(lesson, manifold, channels=6, width=9, **how))
-    slow = trained(lambda **how: train.train_style(lesson, manifold, channels=6, width=9, kernels=nn, **how))
-    for name in slow[-1][1].params:
-        close(fast[-1][1].params[name], slow[-1][1].params[name], 1e-5)
+    definitions = (lambda **how: train.train_style(lesson, manifold, channels=6, width=9, **how),
+                   lambda **how: train.train_autoencoder(lesson.X, hidden=10, width=9, **how))
+    for fast, slow in zip(both(lesson, manifold), definitions):
+        (_, found), (_, needed) = trained(fast)[-1], trained(slow)[-1]
+        for name in needed.params:
+            close(found.params[name], needed.params[name], 1e-5)
 
 
 def test_a_state_that_was_handed_out_stays_as_it_is():
-    lesson, manifold = lesson_and_manifold()
-    states = [state for _, state in trained(lambda **how: train.train_style(lesson, manifold, channels=6, width=9, **how))]
+    states = [state for _, state in trained(both(*lesson_and_manifold())[0])]
     assert states[0].adam["t"] == 2 and not np.array_equal(states[0].params["W1"], states[1].params["W1"])
 
 
@@ -241,20 +250,18 @@ def test_training_allocates_nothing_large_after_its_first_step():
     params, target, L, mean, deviation, weights = problem(10, B=4, T=240, hidden=256, channels=128, width=25)
     params = {name: np.asfortranarray(p) for name, p in params.items()}
     step = StyleStep(4, 240, params, L, mean, deviation, weights)
-    state = nn.adam_start(params)
 
     def perceptual():
         O, hidden = step._forward(params, target.I)
         _, dO = step._perceptual(O, hidden, target)         # the constraints' arrays are of the size of the motion itself
         return step._backward(dO)
 
-    gradients = {name: g.copy(order="F") for name, g in perceptual().items()}
-    for work, bound in ((perceptual, 0.5 * target.I.nbytes), (lambda: nn.adam_update(params, gradients, state), 8 * 16384 * 8)):
-        tracemalloc.start()
-        work()
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        assert peak < bound                                      # no signal of a layer, no filters (3.3 MB), no Gram matrix
+    perceptual()
+    tracemalloc.start()
+    perceptual()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 0.5 * target.I.nbytes                          # no signal of a layer, no filters (3.3 MB), no Gram matrix
 
 
 def test_an_hour_of_motion_needs_less_than_a_gibibyte_beside_itself():

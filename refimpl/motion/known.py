@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..motion.features import POSITIONS, VELOCITIES
+from .features import POSITIONS, VELOCITIES
 
 PIECE, HOP = 60, 30                               # frames: a second, every half second
 LEAST = 5                                         # clips without which there is no usual distance

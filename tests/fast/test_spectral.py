@@ -6,7 +6,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
-from refimpl.nn.plan import Plan, best_tile, transforms
+from refimpl.fast.spectral import Plan, best_tile, transforms
 
 sizes = st.tuples(st.integers(0, 10 ** 6), st.integers(1, 3), st.integers(1, 90), st.integers(1, 5), st.integers(1, 5), st.integers(1, 30),
                   st.integers(-10, 40), st.integers(1, 120))

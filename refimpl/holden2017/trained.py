@@ -1,0 +1,63 @@
+"""What training leaves: a manifold (the loss network) and a style (a transformation network with its
+manifold). `refimpl.styles.files` writes and reads them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..motion.known import Known
+from ..motion.prepare import Normaliser
+from .networks import Params
+from .objective import Weights
+
+
+@dataclass(frozen=True)
+class Manifold:
+    """A trained loss network and what its numbers mean.
+
+    params : W0, b0, and V0, c0 where the decoder is not tied;  normaliser : of the data it was
+    trained on;  leg, bones : that data's skeleton, in its length unit
+    depooling : while it learnt, of `networks.DEPOOLING`
+    """
+
+    params: Params = field(repr=False)
+    normaliser: Normaliser
+    leg: float
+    bones: np.ndarray
+    depooling: str = "random"
+
+    def network_input(self, features: np.ndarray) -> np.ndarray:
+        """Features (T, 66) on this model's scale to what the networks take, (1, 66, T) in their
+        precision."""
+        return np.ascontiguousarray(
+            self.normaliser.apply(features).T[None], dtype=self.params["W0"].dtype)
+
+    def motion(self, output: np.ndarray) -> np.ndarray:
+        """The inverse of `network_input`.   (1, 66, T)  ->  (T, 66) float64"""
+        return self.normaliser.undo(output[0].T.astype(float))
+
+
+@dataclass(frozen=True)
+class Style:
+    """A trained transformation network.
+
+    params : W1, b1 ... b3;  name : of the style;  pairs : {content it was trained for: content of
+    its exemplars};  learned, exemplars : names of the clips that it learnt on
+    weights : of the objective in its training, for the manifold's unit;  known : what it learnt on,
+    to tell when a clip is something else
+    """
+
+    params: Params = field(repr=False)
+    manifold: Manifold
+    name: str
+    pairs: Mapping[str, str]
+    learned: tuple[str, ...] = ()
+    exemplars: tuple[str, ...] = ()
+    weights: Weights = Weights()
+    known: Known | None = None
+
+    @property
+    def contents(self) -> tuple[str, ...]:
+        """The contents that it was trained for."""
+        return tuple(self.pairs)

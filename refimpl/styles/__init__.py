@@ -1,0 +1,1 @@
+"""Trained styles and manifolds as they stand in files (`files`)."""

@@ -1,0 +1,133 @@
+"""The two kinds of model file: a manifold (the loss network) and a style (a transformation network
+with its manifold)."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..holden2017.losses import READINGS
+from ..holden2017.networks import DEPOOLING
+from ..holden2017.objective import WEIGHED, Weights
+from ..holden2017.trained import Manifold, Style
+from ..motion.features import FEATURES, LEG_RANGE
+from ..motion.joints import BONES
+from ..motion.known import NUMBERS, Known
+from ..motion.prepare import FORMS, Normaliser
+from ..storage import FormatError, load_npz, plausible, save_npz
+
+VERSION, STYLE_VERSION = 2, 3          # since these the root's velocity is that to the next frame
+_BODY = {"mean": (FEATURES,), "deviation": (FEATURES,), "bones": (len(BONES),)}
+_FACTS = {"leg": float, "source": str, "normaliser": str, "depooling": str}
+_STYLE_LISTS = ("contents", "exemplar_contents", "learned", "exemplars")
+_STYLE_FACTS = {**_FACTS, "name": str, **dict.fromkeys(_STYLE_LISTS, list), "reading": str,
+                "usual": float}
+_T = ("W1", "b1", "W2", "b2", "W3", "b3")
+
+
+def save_manifold(path: str | Path, manifold: Manifold) -> None:
+    """Write a Manifold, whole or not at all."""
+    save_npz(path, "manifold", VERSION, *_parts(manifold))
+
+
+def load_manifold(path: str | Path) -> Manifold:
+    """Read a Manifold.   Raises FormatError when its parts do not fit each other."""
+    return _manifold(path, *load_npz(path, "manifold", VERSION, ("W0", "b0", *_BODY), _FACTS))
+
+
+def save_style(path: str | Path, style: Style) -> None:
+    """Write a Style together with its Manifold, so that one file is enough to stylise a clip."""
+    seen = style.known or Known(np.zeros((0, NUMBERS), np.float32), np.ones(NUMBERS), 1.0)
+    arrays, facts = _parts(style.manifold)
+    arrays |= {**style.params, "pieces": seen.pieces, "piece_scale": seen.scale, "weights":
+               np.array([getattr(style.weights, name) for name in WEIGHED], dtype=float)}
+    facts |= {"name": style.name, "contents": list(style.pairs), "exemplar_contents":
+              list(style.pairs.values()), "learned": list(style.learned), "exemplars":
+              list(style.exemplars), "reading": style.weights.reading, "usual": seen.usual}
+    save_npz(path, "style", STYLE_VERSION, arrays, facts)
+
+
+def load_style(path: str | Path) -> Style:
+    """Read a Style.   Raises FormatError when its parts do not fit each other."""
+    arrays, facts = load_npz(path, "style", STYLE_VERSION, (
+        "W0", "b0", *_T, "weights", "pieces", "piece_scale", *_BODY), _STYLE_FACTS)
+    manifold = _manifold(path, arrays, facts)
+    params = {name: arrays[name] for name in _T}
+    sizes = [FEATURES, params["b1"].size, params["b2"].size, FEATURES]
+    for layer in (1, 2, 3):
+        _check_filters(path, params, f"W{layer}", f"b{layer}", sizes[layer], sizes[layer - 1])
+    dtypes = params["W1"].dtype, manifold.params["W0"].dtype
+    _need(path, dtypes[0] == dtypes[1], f"W1 of {dtypes[0]} beside W0 of {dtypes[1]}",
+          "one precision")
+    contents, shown = facts["contents"], facts["exemplar_contents"]
+    _need(path, len(contents) == len(shown),
+          f"{len(contents)} contents and {len(shown)} of exemplars", "pairs")
+    values, reading = arrays["weights"], facts["reading"]
+    _need(path, reading in READINGS and values.shape == (len(WEIGHED),) and values.dtype == float
+          and bool((np.isfinite(values) & (values >= 0)).all()),
+          f"weights {values.dtype} {values.shape} and reading {reading[:40]!r}",
+          f"{len(WEIGHED)} numbers from 0 on and one of {', '.join(READINGS)}")
+    return Style(params, manifold, facts["name"], dict(zip(contents, shown)),
+                 tuple(facts["learned"]), tuple(facts["exemplars"]),
+                 Weights(**dict(zip(WEIGHED, values.tolist())), reading=reading),
+                 _known(path, arrays, facts))
+
+
+def _known(path, arrays, facts):
+    pieces, scale, usual = arrays["pieces"], arrays["piece_scale"], facts["usual"]
+    _need(path, pieces.ndim == 2 and pieces.shape[1:] == scale.shape == (NUMBERS,)
+          and pieces.dtype == np.float32 and scale.dtype == float and plausible(pieces)
+          and plausible(scale) and (scale > 0).all() and 0 < usual < np.inf,
+          f"pieces of shape {pieces.shape} with scales of shape {scale.shape}",
+          f"(n, {NUMBERS}) and ({NUMBERS},) of plausible numbers, those of what the style learnt "
+          "on")
+    return Known(pieces, scale, usual) if len(pieces) else None
+
+
+def _parts(manifold: Manifold) -> tuple[dict[str, Any], dict[str, Any]]:
+    """->  arrays, facts of a file"""
+    normaliser = manifold.normaliser
+    return ({**manifold.params, "mean": normaliser.mean, "deviation": normaliser.deviation,
+             "bones": manifold.bones},
+            {"leg": manifold.leg, "source": normaliser.source, "normaliser": normaliser.form,
+             "depooling": manifold.depooling})
+
+
+def _manifold(path, arrays, facts):
+    for name, shape in _BODY.items():
+        array = arrays[name]
+        _need(path, array.shape == shape and array.dtype == float and plausible(array),
+              f"{name} of shape {array.shape}", f"finite numbers of shape {shape}, none beyond 1e9")
+    _need(path, LEG_RANGE[0] <= facts["leg"] <= LEG_RANGE[1], f"a leg {facts['leg']:g} long",
+          f"one from {LEG_RANGE[0]:g} to {LEG_RANGE[1]:g}")
+    _need(path, (arrays["deviation"] > 0).all(), "a deviation that is not above 0",
+          "positive ones")
+    params = {name: arrays[name] for name in ("W0", "b0", "V0", "c0") if name in arrays}
+    _check_filters(path, params, "W0", "b0", params["b0"].size, FEATURES)
+    W, V, c = params["W0"], params.get("V0"), params.get("c0")
+    if V is not None or c is not None:
+        _need(path, V is not None and c is not None and V.shape == W.shape
+              and c.shape == (FEATURES,) and V.dtype == c.dtype == W.dtype and plausible(V)
+              and plausible(c), f"a decoder that does not fit W0 {W.dtype} {W.shape}",
+              f"plausible V0 of that kind and c0 ({FEATURES},)")
+    for name, known in (("normaliser", FORMS), ("depooling", DEPOOLING)):
+        _need(path, facts[name] in known, f"{name} {facts[name][:40]!r}",
+              f"one of {', '.join(known)}")
+    normaliser = Normaliser(arrays["mean"], arrays["deviation"], facts["source"],
+                            facts["normaliser"])
+    return Manifold(params, normaliser, facts["leg"], arrays["bones"], facts["depooling"])
+
+
+def _check_filters(path, params, filters, biases, c_out, c_in):
+    W, b = params[filters], params[biases]
+    _need(path, W.ndim == 3 and W.size > 0 and W.shape[:2] == (c_out, c_in) and b.shape == (c_out,)
+          and W.dtype == b.dtype and W.dtype in (np.float32, np.float64),
+          f"{filters} {W.dtype} {W.shape} and {biases} {b.dtype} {b.shape}",
+          f"({c_out}, {c_in}, width) and ({c_out},) of one floating-point type")
+    _need(path, plausible(W) and plausible(b),
+          f"values in {filters} or {biases} that are not finite or beyond 1e9", "trained weights")
+
+
+def _need(path: str | Path, good: bool, found: str, needed: str) -> None:
+    if not good:
+        raise FormatError(f"{path}: found {found}, needed {needed}")
