@@ -3,6 +3,10 @@
 import sys
 import time
 
+from ..gradcheck.report import columns as table
+
+__all__ = ["Progress", "duration", "epoch_line", "table"]
+
 
 class Progress:
     """Prints a line a step with the time left, to the standard error; at most one every `seconds`,
@@ -34,17 +38,6 @@ def duration(seconds):
     if seconds < 3600:
         return f"{seconds // 60} min {seconds % 60:02d} s"
     return f"{seconds // 3600} h {seconds % 3600 // 60:02d} min"
-
-
-def table(rows):
-    """Columns lined up: the first to the left, the others to the right.
-    list of lists of str  ->  list of str
-    """
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return [
-        "  ".join(
-            cell.ljust(w) if i == 0 else cell.rjust(w)
-            for i, (cell, w) in enumerate(zip(row, widths))).rstrip() for row in rows]
 
 
 def epoch_line(record):

@@ -1,9 +1,10 @@
 """What does agreement mean? A kit that checks another implementation against this one, and this one
 against itself.
 
-- `record`: what the kit knows of an operation.
-  `operations_nn`, `operations_holden`: the records, with their inputs.
-- `definitions`: everything a second time, in loops.   `rivals`: conventions that others follow.
+- `specification`: what the kit knows of an operation.   `operations_*`: the specifications, with
+  inputs to try and inputs to refuse.
+- `functions_*`: the reference as functions of arrays alone, where it takes dicts or objects.
+- `definitions_*`: everything a second time, in loops.   `rivals*`: conventions that others follow.
 - `cases`: what is tried.   `backend`: who is tried.   `judge`: the verdict.
   `report`: for people and for machines.
 - `prove`: the reference against its second derivation and the instruments of `gradcheck`.
@@ -11,8 +12,8 @@ against itself.
 - `strategies`: hypothesis strategies of valid inputs (imported by name only; needs hypothesis).
 """
 
-from .backend import Backend, BackendError, as_backend, load_backend, reference
-from .cases import OPERATIONS, Case, case, cases
+from .backend import OPERATIONS, Backend, BackendError, as_backend, load_backend, reference
+from .cases import Case, case, cases
 from .judge import Outcome, judge, judge_all
 
 __all__ = [

@@ -19,15 +19,15 @@ from typing import Any
 
 import numpy as np
 
-from .backend import TOLERANCES
+from ..gradcheck.difference import relative_difference
 from .cases import PROMISES
-from .record import as_tuple, cast, relative_difference
 from .rivals import RIVALS
+from .specification import as_tuple, cast, cast_attributes, has_type
 
 FAR = 1000.0                                             # bounds between a rival and the reference
 
 
-def conventions(failures: Iterable) -> dict[str, str]:
+def conventions(failures: Iterable[Any]) -> dict[str, str]:
     """Names for failed outcomes.   list of Outcome (of one operation)  ->  {case id: names}"""
     named = {}
     by_function = groupby(sorted(failures, key=lambda o: o.case.function),
@@ -51,30 +51,30 @@ def conventions(failures: Iterable) -> dict[str, str]:
 
 
 @np.errstate(all="ignore")
-def _fit(rival, outcome) -> str:
+def _fit(rival, outcome):
     """"explains" a failure, is "silent" about it (it equals the reference there), or "contradicts"
     it."""
     case, answer = outcome.case, outcome.answer
     if answer is None or len(answer) != len(case.expected):
         return "contradicts"
     arguments, attributes = case.fresh()
-    keys = tuple(attributes)
     try:
         expected = as_tuple(rival(*cast(arguments, np.float64),
-                                  **dict(zip(keys, cast(tuple(attributes.values()), np.float64)))))
+                                  **cast_attributes(attributes, np.float64)))
     except (ValueError, TypeError, IndexError):
         return "contradicts"
     if len(expected) != len(answer):
         return "contradicts"
     off = from_reference = 0.0
-    for got, theirs, ours, bound in zip(answer, expected, case.expected, _bounds(case)):
-        if ours is None or got is None or theirs is None:
-            if (got is None) != (theirs is None) and ours is not None:
+    # The kit's own bounds, never those of the tolerances that a backend declares.
+    for found, theirs, ours, bound in zip(answer, expected, case.expected, case.bounds()):
+        if ours is None or found is None or theirs is None:
+            if (found is None) != (theirs is None) and ours is not None:
                 return "contradicts"
             continue
-        if not _same_kind(got, np.asarray(ours), case.precision) or got.shape != theirs.shape:
+        if not has_type(found, np.asarray(ours), case.precision) or found.shape != theirs.shape:
             return "contradicts"
-        off = max(off, float(relative_difference(got, theirs).max(initial=0.0)) / bound)
+        off = max(off, float(relative_difference(found, theirs).max(initial=0.0)) / bound)
         if theirs.shape == np.shape(ours):
             apart = float(relative_difference(theirs, np.asarray(ours)).max(initial=0.0))
             from_reference = max(from_reference, apart / bound)
@@ -83,14 +83,6 @@ def _fit(rival, outcome) -> str:
     if off > 1:
         return "contradicts"
     return "explains" if from_reference >= FAR else "silent"
-
-
-def _bounds(case):
-    if case.exact:
-        return (1e-15,) * len(case.expected)
-    # The kit's own tolerances, never what a backend declares.
-    return tuple(TOLERANCES[case.precision] * f + slack
-                 for f, slack in zip(case.allowances, case.slacks))
 
 
 def as_good(outcome: Any) -> str:
@@ -103,8 +95,3 @@ def as_good(outcome: Any) -> str:
         return case.operation.same(outcome.answer, *case.fresh())
     except (ValueError, TypeError, IndexError):
         return ""
-
-
-def _same_kind(got, ours, precision):
-    return (got.dtype == np.dtype(precision) if ours.dtype.kind == "f"
-            else got.dtype.kind == ours.dtype.kind)

@@ -12,8 +12,11 @@ import sys
 from typing import Any
 
 from . import operations_2016, operations_holden, operations_nn, operations_torresani
-from .record import as_tuple
+from .specification import as_tuple
 
+OPERATIONS = {operation.name: operation for operation in (
+    operations_nn.OPERATIONS + operations_holden.OPERATIONS + operations_2016.OPERATIONS
+    + operations_torresani.OPERATIONS)}
 TOLERANCES = {"float64": 1e-12, "float32": 1e-5}     # of the largest element of the expected array
 LOOSEST = 0.1                      # that a backend may declare; beyond it nothing is judged
 
@@ -48,10 +51,13 @@ class Backend:
 
 
 def reference() -> Backend:
-    """The package itself as a backend."""
+    """The package itself as a backend.
+
+    >>> sorted(name for name in reference().functions if name.startswith("gram"))
+    ['gram', 'gram_backward']
+    """
     functions = {}
-    for operation in (operations_nn.OPERATIONS + operations_holden.OPERATIONS
-                      + operations_2016.OPERATIONS + operations_torresani.OPERATIONS):
+    for operation in OPERATIONS.values():
         functions[operation.name] = operation.f
         if operation.backward:
             functions[f"{operation.name}_backward"] = operation.backward
@@ -196,4 +202,9 @@ def read_expected_failures(path: str) -> list[str]:
 
 
 def is_expected_failure(identity: str, patterns: Iterable[str]) -> bool:
+    """Whether a case's id matches one of the patterns.
+
+    >>> is_expected_failure("gram/plain/forward/float32", ["gram/*/float32"])
+    True
+    """
     return any(fnmatch.fnmatchcase(identity, pattern) for pattern in patterns)

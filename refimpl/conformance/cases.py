@@ -1,22 +1,20 @@
 """The cases of the kit: every operation with every sample, forwards and backwards, in both
 precisions, in odd layouts, and what must be refused."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 import functools
 from typing import Any
 import zlib
 
 import numpy as np
 
-from ..gradcheck.contract import LAYOUTS
-from . import operations_2016, operations_holden, operations_nn, operations_torresani
-from .backend import as_backend, ask, meant
-from .record import Operation, as_tuple, cast, relative_difference
+from ..gradcheck.contract import LAYOUTS, copies
+from ..gradcheck.difference import relative_difference
+from .backend import OPERATIONS, TOLERANCES, as_backend, ask, meant
+from .specification import Operation, Sample, as_tuple, cast, cast_attributes
 
-OPERATIONS = {operation.name: operation for operation in (
-    operations_nn.OPERATIONS + operations_holden.OPERATIONS + operations_2016.OPERATIONS
-    + operations_torresani.OPERATIONS)}
+EXACT = 1e-15                                         # where a rule decides and nothing is rounded
 PROMISES = ("leaves its inputs alone", "same bits twice", "memory of its own",
             "linear in the upstream gradient")
 
@@ -29,8 +27,8 @@ class Case:
     "float32", a layout, a promise, "empty batch" or "refused"
     arguments, attributes : the inputs, which are never handed out: `fresh` makes copies
     expected : outputs of the reference (in float64), None for a call that must be refused
-    exact : a rule decides, nothing is rounded;  slack : for each output, how much of its largest
-    element it moves when the inputs move by float32's last digit, where terms cancel
+    exact : a rule decides, nothing is rounded;  sensitivity : for each output, how much of its
+    largest element it moves when the inputs move by float32's last digit, where terms cancel
     others : ((arguments, attributes), ...) of other valid calls, to be asked in between
     factors : on the tolerance of each output;  seed : of the inputs;  folder : of the golden
     vectors that it was read from, if it was
@@ -41,16 +39,16 @@ class Case:
     function: str
     kind: str
     arguments: tuple = field(repr=False)
-    attributes: dict = field(repr=False)
+    attributes: dict[str, Any] = field(repr=False)
     expected: tuple | None = field(repr=False, default=None)
     exact: bool = False
-    slack: tuple = ()
+    sensitivity: tuple[float, ...] = ()
     argument: str = ""
     others: tuple = field(repr=False, default=())
     seed: int = 0
     folder: str = ""
     single: bool = False
-    factors: tuple = ()
+    factors: tuple[float, ...] = ()
 
     def __str__(self) -> str:
         return self.id
@@ -63,31 +61,27 @@ class Case:
 
     @property
     def precision(self) -> str:
+        """The precision of the inputs, which the outputs must have."""
         return "float32" if self.kind == "float32" or self.single else "float64"
 
-    @property
-    def allowances(self) -> tuple[float, ...]:
-        """The factor on the tolerance for every output."""
+    def bounds(self, tolerances: Mapping[str, float] = TOLERANCES) -> tuple[float, ...]:
+        """How far each output may be off, in units of its largest element.
+
+        tolerances : {precision: bound}, the kit's own unless a backend declares others
+        """
         count = len(self.expected or ())
-        return tuple(self.operation.tolerance * f for f in self.factors or (1.0,) * count)
+        if self.exact:
+            return (EXACT,) * count
+        pairs = zip(self.factors or (1.0,) * count, self.sensitivity or (0.0,) * count)
+        return tuple(tolerances[self.precision] * (self.operation.tolerance * factor) + sensitivity
+                     for factor, sensitivity in pairs)
 
-    @property
-    def slacks(self) -> tuple[float, ...]:
-        """The slack of every output, 0 where none was measured."""
-        return self.slack or (0.0,) * len(self.expected or ())
-
-    def fresh(self) -> tuple[tuple, dict]:
+    def fresh(self, writeable: bool = True) -> tuple[tuple, dict[str, Any]]:
         """Copies of the arguments and attributes, laid out in memory as the case's kind says."""
-        lay = LAYOUTS.get(self.kind)
-
-        def copy(value: Any) -> Any:
-            if not isinstance(value, np.ndarray):
-                return value
-            value = value.copy()
-            return lay(value) if lay and value.ndim and value.dtype.kind == "f" else value
-        return (tuple(map(copy, self.arguments)),
-                {key: value.copy() if isinstance(value, np.ndarray) else value
-                 for key, value in self.attributes.items()})
+        layout = self.kind if self.kind in LAYOUTS else ""
+        attributes = copies(self.attributes.values(), writeable=writeable)
+        return (tuple(copies(self.arguments, layout, writeable)),
+                dict(zip(self.attributes, attributes)))
 
     def call(self, backend: Any) -> tuple:
         """Outputs of the backend's function as a tuple of arrays (None where there is none)."""
@@ -113,6 +107,9 @@ def cases(*, seed: int = 0, operations: Iterable[str] | None = None,
         @pytest.mark.parametrize("case", conformance.cases(supported_by=MINE), ids=str)
         def test_conformance(case):
             case.check(MINE)
+
+    >>> [str(c) for c in cases(operations=["gram"]) if c.kind == "refused"]
+    ['gram/two dimensions/forward/refused']
     """
     names = list(OPERATIONS) if operations is None else list(operations)
     for name in names:
@@ -147,122 +144,113 @@ def generator(operation: Operation, seed: int) -> np.random.Generator:
     return np.random.default_rng([seed, zlib.crc32(operation.name.encode())])
 
 
-def _of_operation(operation, seed):
+def _of_operation(operation: Operation, seed: int) -> Iterator[Case]:
     rng = generator(operation, seed)
-    found = []
     for number, sample in enumerate(operation.samples(rng)):
-        found += _values(operation, sample, rng, seed)
+        yield from _values(operation, sample, rng, seed)
         if number == 0:
-            found += (_layouts(operation, sample, rng, seed)
-                      + _promises(operation, sample, rng, seed)
-                      + _empty_batch(operation, sample, seed))
-    return found + [Case(f"{operation.name}/{bad.label}/forward/refused", operation, operation.name,
-                         "refused", bad.inputs, bad.attributes, argument=bad.argument, seed=seed)
-                    for bad in operation.bad()]
+            yield from _layouts(operation, sample, rng, seed)
+            yield from _promises(operation, sample, rng, seed)
+            if operation.batched:
+                yield from _empty_batch(operation, sample, rng, seed)
+    for bad in operation.bad():
+        yield Case(f"{operation.name}/{bad.label}/forward/refused", operation, operation.name,
+                   "refused", bad.inputs, bad.attributes, argument=bad.argument, seed=seed)
 
 
-def _calls(operation, sample, rng):
-    """(what, function name, reference, arguments, known answer) of the forward and the backward
-    call."""
+def _calls(operation, sample, rng, seed):
+    """The forward and the backward call of a sample.
+
+    ->  yields Case without a kind, reference, known answer or None
+    """
     known = sample.known or {}
-    outputs = known.get("outputs") if operation.backward else None
-    yield "forward", operation.name, operation.f, sample.inputs, outputs
+    call = Case(f"{operation.name}/{sample.label}/forward", operation, operation.name, "",
+                sample.inputs, sample.attributes, seed=seed)
+    yield call, operation.f, known.get("outputs") if operation.backward else None
     if operation.backward and (sample.smooth or known):
         upstream = known["upstream"] if known else rng.standard_normal(
             np.shape(operation.f(*sample.inputs, **sample.attributes)))
-        yield ("backward", f"{operation.name}_backward", operation.backward,
-               (np.asarray(upstream), *sample.inputs), known.get("gradients"))
+        yield (replace(call, id=f"{operation.name}/{sample.label}/backward",
+                       function=f"{operation.name}_backward",
+                       arguments=(np.asarray(upstream), *sample.inputs)),
+               operation.backward, known.get("gradients"))
+
+
+def _of_kind(call, kind, expected, **changes):
+    return replace(call, id=f"{call.id}/{kind}", kind=kind, expected=expected, **changes)
+
+
+def _answer(reference, call):
+    """The reference's outputs in float64."""
+    return as_tuple(reference(*cast(call.arguments, np.float64),
+                              **cast_attributes(call.attributes, np.float64)))
 
 
 def _values(operation, sample, rng, seed):
-    found = []
-    for what, name, reference, arguments, known in _calls(operation, sample, rng):
-        expected = known or as_tuple(reference(*arguments, **sample.attributes))
-        found.append(Case(f"{operation.name}/{sample.label}/{what}/float64", operation, name,
-                          "float64", arguments, sample.attributes, expected,
-                          exact=not sample.smooth, factors=sample.factors, seed=seed))
+    for call, reference, known in _calls(operation, sample, rng, seed):
+        yield _of_kind(call, "float64", known or _answer(reference, call),
+                       exact=not sample.smooth, factors=sample.factors)
         if sample.smooth and "float32" in operation.precisions:
-            small = cast(arguments, np.float32)
-            attributes = _cast_attributes(sample.attributes, np.float32)
-            wide = as_tuple(reference(*cast(small, np.float64),
-                                      **_cast_attributes(attributes, np.float64)))
-            found.append(Case(f"{operation.name}/{sample.label}/{what}/float32", operation, name,
-                              "float32", small, attributes, wide,
-                              slack=_slack(reference, small, attributes, wide), seed=seed))
-    return found
+            call = replace(call, arguments=cast(call.arguments, np.float32),
+                           attributes=cast_attributes(call.attributes, np.float32))
+            expected = _answer(reference, call)
+            yield _of_kind(call, "float32", expected,
+                           sensitivity=_sensitivity(reference, call, expected))
 
 
-def _slack(reference, arguments, attributes, wanted):
+def _sensitivity(reference, call, expected):
     """How far the reference itself moves when every input moves by its last digit in float32: an
     answer cannot be surer than that.
 
     ->  for each output the largest of four random moves, tenfold, in units of its largest element
     """
-    moves = []
-    eps = np.finfo(np.float32).eps
+    moves, eps = [], np.finfo(np.float32).eps
     for number in range(4):
         rng = np.random.default_rng(number)
 
-        def moved(values: tuple) -> tuple:
+        def _moved(values):
             return tuple(v * (1 + eps * rng.choice([-1.0, 1.0], v.shape))
                          if isinstance(v, np.ndarray) and v.dtype.kind == "f" else v
                          for v in cast(values, np.float64))
-        outputs = as_tuple(reference(*moved(arguments),
-                                     **dict(zip(attributes, moved(tuple(attributes.values()))))))
-        moves.append([0.0 if w is None else float(relative_difference(o, w).max(initial=0.0))
-                      for o, w in zip(outputs, wanted)])
+        arguments, attributes = _moved(call.arguments), _moved(call.attributes.values())
+        outputs = as_tuple(reference(*arguments, **dict(zip(call.attributes, attributes))))
+        moves.append([0.0 if e is None else float(relative_difference(o, e).max(initial=0.0))
+                      for o, e in zip(outputs, expected)])
     return tuple(10 * max(column) for column in zip(*moves))
 
 
-def _cast_attributes(attributes, dtype):
-    return dict(zip(attributes, cast(tuple(attributes.values()), dtype)))
-
-
 def _layouts(operation, sample, rng, seed):
-    found = []
-    for what, name, reference, arguments, _ in _calls(operation, sample, rng):
-        expected = as_tuple(reference(*arguments, **sample.attributes))
-        found += [Case(f"{operation.name}/{sample.label}/{what}/{layout}", operation, name, layout,
-                       arguments, sample.attributes, expected, factors=sample.factors, seed=seed)
-                  for layout in LAYOUTS]
-    return found
+    for call, reference, _ in _calls(operation, sample, rng, seed):
+        expected = _answer(reference, call)
+        for layout in LAYOUTS:
+            yield _of_kind(call, layout, expected, factors=sample.factors)
 
 
 def _promises(operation, sample, rng, seed):
-    found = []
     others = _other_calls(operation, seed)
-    for what, name, reference, arguments, _ in _calls(operation, sample, rng):
-        for promise in PROMISES[:2] if what == "forward" else PROMISES:
-            found.append(Case(f"{operation.name}/{sample.label}/{what}/{promise}", operation, name,
-                              promise, arguments, sample.attributes,
-                              as_tuple(reference(*arguments, **sample.attributes)),
-                              others=others[what], seed=seed))
-    return found
+    for call, reference, _ in _calls(operation, sample, rng, seed):
+        expected = _answer(reference, call)
+        for promise in PROMISES[:2] if call.function == operation.name else PROMISES:
+            yield _of_kind(call, promise, expected, others=others[call.function])
 
 
 def _other_calls(operation, seed):
     """Valid calls with other numbers: of the first sample's shapes, and of the second's.
 
-    ->  {"forward" or "backward": ((arguments, attributes), ...)}
+    ->  {function: ((arguments, attributes), ...)}
     """
     rng = generator(operation, seed + 1)
-    found: dict = {"forward": (), "backward": ()}
+    found: dict[str, tuple] = {}
     for sample in operation.samples(rng)[:2]:
-        for what, _, _, arguments, _ in _calls(operation, sample, rng):
-            found[what] += ((arguments, sample.attributes),)
+        for call, _, _ in _calls(operation, sample, rng, seed):
+            there = found.get(call.function, ())
+            found[call.function] = (*there, (call.arguments, call.attributes))
     return found
 
 
-def _empty_batch(operation, sample, seed):
-    if not operation.batched:
-        return []
+def _empty_batch(operation, sample, rng, seed):
     empty = tuple(a[:0] if i in operation.batched else a for i, a in enumerate(sample.inputs))
-    found = [("forward", operation.name, operation.f, empty)]
-    if operation.backward:
-        upstream = np.zeros(np.shape(operation.f(*empty, **sample.attributes)))
-        found.append(("backward", f"{operation.name}_backward", operation.backward,
-                      (upstream, *empty)))
-    return [Case(f"{operation.name}/{sample.label}/{what}/empty batch", operation, name,
-                 "empty batch", arguments, sample.attributes,
-                 as_tuple(reference(*arguments, **sample.attributes)), seed=seed)
-            for what, name, reference, arguments in found]
+    upstream = np.zeros(np.shape(operation.f(*empty, **sample.attributes)))
+    sample = Sample(sample.label, empty, sample.attributes, known={"upstream": upstream})
+    for call, reference, _ in _calls(operation, sample, rng, seed):
+        yield _of_kind(call, "empty batch", _answer(reference, call))

@@ -13,22 +13,19 @@ import numpy as np
 
 
 def distance(x: Any, y: Any) -> float:
+    """The sum of squared differences."""
     return sum((float(a) - float(b)) ** 2 for a, b in zip(x, y))
 
 
 def dtw(X: np.ndarray, Y: np.ndarray) -> tuple[float, np.ndarray]:
     """Equations 3 to 5 with a pointer back from every cell; of equal ways the diagonal, then p-1,
     then q-1.   ->  cost, path"""
-    cost, back = {}, {}
-    for p in range(len(X)):
-        for q in range(len(Y)):
-            ways = [cell for cell in ((p - 1, q - 1), (p - 1, q), (p, q - 1)) if cell in cost]
-            best = None
-            for cell in ways:
-                if best is None or cost[cell] < cost[best]:
-                    best = cell
-            cost[p, q] = distance(X[p], Y[q]) + (cost[best] if best else 0.0)
-            back[p, q] = best
+    cost: dict[Any, float] = {}
+    back: dict[Any, Any] = {}
+    for p, q in np.ndindex(len(X), len(Y)):
+        ways = [cell for cell in ((p - 1, q - 1), (p - 1, q), (p, q - 1)) if cell in cost]
+        back[p, q] = best = min(ways, key=cost.__getitem__, default=None)
+        cost[p, q] = distance(X[p], Y[q]) + (cost[best] if best else 0.0)
     end = cell = (len(X) - 1, len(Y) - 1)
     path = []
     while cell is not None:
@@ -38,10 +35,12 @@ def dtw(X: np.ndarray, Y: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def dtw_cost(X: np.ndarray, Y: np.ndarray) -> float:
+    """The cost of the cheapest path."""
     return dtw(X, Y)[0]
 
 
 def dtw_path(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
+    """The cheapest path."""
     return dtw(X, Y)[1]
 
 
@@ -59,44 +58,44 @@ def content_clusters(ssd: np.ndarray, *, threshold: float) -> np.ndarray:
     return np.array([order.index(number) for number in label])
 
 
-def read(values: Any, time: float) -> Any:
+def _read(values, time):
     """A sequence at a time between two frames."""
     before = min(int(time), max(len(values) - 2, 0))
     after, u = min(before + 1, len(values) - 1), time - before
     return (1 - u) * values[before] + u * values[after]
 
 
-def smoothed(column: Sequence[float], sigma: float) -> list[float]:
+def _smoothed(column, sigma):
     """A Gaussian of `sigma` frames, cut at four sigma; beyond its ends the sequence goes on by its
     point reflection about them."""
     last, radius = len(column) - 1, int(4 * sigma + 0.5)
 
-    def at(n: int) -> float:
+    def _at(n):
         if n < 0:
-            return 2 * column[0] - at(-n)
-        return 2 * column[last] - at(2 * last - n) if n > last else column[n]
+            return 2 * column[0] - _at(-n)
+        return 2 * column[last] - _at(2 * last - n) if n > last else column[n]
     weights = [math.exp(-0.5 * (k / sigma) ** 2) for k in range(-radius, radius + 1)]
-    return [sum(w * at(n + k - radius) for k, w in enumerate(weights)) / sum(weights)
+    return [sum(w * _at(n + k - radius) for k, w in enumerate(weights)) / sum(weights)
             for n in range(last + 1)]
 
 
-def time_curve(path: np.ndarray, smooth: float) -> tuple[list[np.ndarray], list[list[float]]]:
+def _time_curve(path, smooth):
     """->  (p*, q*) as two lists over the path, and where on it each whole p and each whole q is
     reached"""
     curves, inverses = [], []
     for column in np.asarray(path, dtype=float).T.tolist():
         curve = list(column)
         if smooth and len(column) > 2:
-            inner, largest = smoothed(column, smooth), 0.0
+            inner, largest = _smoothed(column, smooth), 0.0
             for n in range(1, len(column) - 1):
                 largest = max(largest, inner[n]) if n > 1 else inner[n]
                 curve[n] = min(max(largest, column[0]), column[-1])
         curves.append(np.array(curve))
-        inverses.append([reached(curve, k) for k in range(int(round(curve[-1])) + 1)])
+        inverses.append([_reached(curve, k) for k in range(int(round(curve[-1])) + 1)])
     return curves, inverses
 
 
-def reached(curve: np.ndarray, k: int) -> float:
+def _reached(curve, k):
     """The parameter n at which a rising curve is k; where it stands there, the middle; at both ends
     the ends."""
     if k == 0 or k == int(round(curve[-1])):
@@ -112,7 +111,7 @@ def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, r
                              path: np.ndarray, *, alpha: float, smooth: float = 6.0,
                              up: str = "y") -> tuple[np.ndarray, np.ndarray]:
     """Section 5, frame by frame.   ->  angles (T, D), root (T, 4)"""
-    (p_curve, q_curve), (n0, n1) = time_curve(path, smooth)
+    (p_curve, q_curve), (n0, n1) = _time_curve(path, smooth)
     exact = (1 - alpha) * len(X) + alpha * len(Y)
     frames = max(round(exact), 2, math.ceil(min(len(X), len(Y)) / 2))
     angles, root, farthest = np.zeros((frames, X.shape[1])), np.zeros((frames, 4)), 0.0
@@ -121,23 +120,23 @@ def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, r
     shifted[:, 3] -= 2 * math.pi * turns
     here = []
     for k in range(frames):
-        n = ((1 - alpha) * read(n0, k * (len(X) - 1) / (frames - 1))
-             + alpha * read(n1, k * (len(Y) - 1) / (frames - 1)))
+        n = ((1 - alpha) * _read(n0, k * (len(X) - 1) / (frames - 1))
+             + alpha * _read(n1, k * (len(Y) - 1) / (frames - 1)))
         farthest = max(farthest, min(n, len(path) - 1.0))
         n = 0.0 if k == 0 else len(path) - 1.0 if k == frames - 1 else farthest
-        p, q = read(p_curve, n), read(q_curve, n)
-        angles[k] = (1 - alpha) * read(X, p) + alpha * read(Y, q)
-        here.append((read(root_X, p), read(shifted, q)))
+        p, q = _read(p_curve, n), _read(q_curve, n)
+        angles[k] = (1 - alpha) * _read(X, p) + alpha * _read(Y, q)
+        here.append((_read(root_X, p), _read(shifted, q)))
         root[k] = (1 - alpha) * here[k][0] + alpha * here[k][1]
     floor = [0, 2] if up == "y" else [0, 1]
     for k in range(1, frames):
-        step = sum(w * turned(here[k][i][floor] - here[k - 1][i][floor], -here[k - 1][i][3], up)
+        step = sum(w * _turned(here[k][i][floor] - here[k - 1][i][floor], -here[k - 1][i][3], up)
                    for i, w in ((0, 1 - alpha), (1, alpha)))
-        root[k, floor] = root[k - 1, floor] + turned(step, root[k - 1, 3], up)
+        root[k, floor] = root[k - 1, floor] + _turned(step, root[k - 1, 3], up)
     return angles, root
 
 
-def turned(v: np.ndarray, angle: float, up: str) -> np.ndarray:
+def _turned(v, angle, up):
     """By complex numbers: x + i y about z; about y it is z + i x that turns by +angle."""
     if up == "z":
         w = complex(v[0], v[1]) * complex(math.cos(angle), math.sin(angle))
@@ -147,6 +146,11 @@ def turned(v: np.ndarray, angle: float, up: str) -> np.ndarray:
 
 
 def sequences(frames: np.ndarray, lengths: Sequence[int]) -> list[np.ndarray]:
+    """The sequences that come end to end in one array.
+
+    >>> [list(x) for x in sequences(np.arange(5), (2, 3))] == [[0, 1], [2, 3, 4]]
+    True
+    """
     ends = [sum(lengths[:i + 1]) for i in range(len(lengths))]
     return [frames[end - n:end] for end, n in zip(ends, lengths)]
 
@@ -157,25 +161,26 @@ def one_stage_segmentation(Y: np.ndarray, frames: np.ndarray, lengths: Sequence[
 
     ->  cost, fragments, ends, costs
     """
-    X, cost, back = sequences(frames, lengths), {}, {}
+    X, ended = sequences(frames, lengths), 0           # ended : the cheapest fragment to come from
+    cost: dict[Any, float] = {}
+    back: dict[Any, Any] = {}
     for p in range(len(Y)):
-        ended = min(((cost[p - 1, len(X[j]) - 1, j], j) for j in range(len(X))),
-                    default=None) if p else None
+        if p:
+            ended = min(range(len(X)), key=lambda j: cost[p - 1, len(X[j]) - 1, j])
         for i in range(len(X)):
             for q in range(len(X[i])):
                 if q:
                     ways = [cell for cell in ((p - 1, q - 1, i), (p - 1, q, i), (p, q - 1, i))
                             if cell in cost]
                 else:
-                    ways = [(p - 1, 0, i), (p - 1, len(X[ended[1]]) - 1, ended[1])] if p else []
-                best, entered = None, False
-                for number, cell in enumerate(ways):
-                    if best is None or cost[cell] < cost[best]:
-                        best, entered = cell, not q and number == 1
+                    ways = [(p - 1, 0, i), (p - 1, len(X[ended]) - 1, ended)] if p else []
+                best = min(ways, key=cost.__getitem__, default=None)
+                entered = best is None or (not q and best != ways[0])
                 cost[p, q, i] = distance(Y[p], X[i][q]) + (cost[best] if best else 0.0)
-                back[p, q, i] = (best, entered or best is None)
+                back[p, q, i] = (best, entered)
     total, i = min((cost[len(Y) - 1, len(X[i]) - 1, i], i) for i in range(len(X)))
-    cell, end, pieces = (len(Y) - 1, len(X[i]) - 1, i), (len(Y) - 1, len(X[i]) - 1, i), []
+    cell = end = (len(Y) - 1, len(X[i]) - 1, i)
+    pieces = []
     while cell is not None:
         before, entered = back[cell]
         if entered:
@@ -186,7 +191,7 @@ def one_stage_segmentation(Y: np.ndarray, frames: np.ndarray, lengths: Sequence[
     return total, np.array(found), np.array(ends), np.array(costs)
 
 
-def jacobi_eigenvalues(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _jacobi_eigenvalues(A):
     """A symmetric matrix by rotations, each of which makes one element 0.
 
     ->  values, vectors in columns
@@ -212,10 +217,10 @@ def principal_components(frames: np.ndarray, lengths: Sequence[int], *, componen
 
     ->  mean, basis, coefficients
     """
-    X = np.array([np.concatenate([read(x, (len(x) - 1) * k / (length - 1) if length > 1 else 0.0)
+    X = np.array([np.concatenate([_read(x, (len(x) - 1) * k / (length - 1) if length > 1 else 0.0)
                                   for k in range(length)]) for x in sequences(frames, lengths)])
     mean = sum(X) / len(X)
-    values, vectors = jacobi_eigenvalues((X - mean) @ (X - mean).T)
+    values, vectors = _jacobi_eigenvalues((X - mean) @ (X - mean).T)
     basis = np.zeros((components, X.shape[1]))
     for n, column in enumerate(sorted(range(len(X)), key=lambda c: -values[c])[:components]):
         direction = sum(vectors[i, column] * (X[i] - mean) for i in range(len(X)))
@@ -227,6 +232,7 @@ def principal_components(frames: np.ndarray, lengths: Sequence[int], *, componen
 
 
 def gaussian_kernel(A: np.ndarray, B: np.ndarray, *, gamma: float) -> np.ndarray:
+    """exp(-gamma distance), pair by pair."""
     return np.array([[math.exp(-gamma * distance(a, b)) for b in B] for a in A])
 
 
@@ -245,6 +251,7 @@ def solved(A: Any, B: Any) -> np.ndarray:
 
 
 def linear_ridge(Z: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
+    """The normal equations, solved by elimination."""
     d = Z.shape[1]
     A = [[sum(z[i] * z[j] for z in Z) + (ridge if i == j else 0.0) for j in range(d)]
          for i in range(d)]
@@ -252,5 +259,6 @@ def linear_ridge(Z: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
 
 
 def kernel_ridge(K: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
+    """The equations of the dual, solved by elimination."""
     return solved([[K[i, j] + (ridge if i == j else 0.0) for j in range(len(K))]
                    for i in range(len(K))], Y)

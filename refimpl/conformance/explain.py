@@ -10,7 +10,7 @@ from ..motion.features import FORWARD, SIDEWAYS, TURN
 from ..motion.joints import BONES, FEET, SLOTS
 from .backend import TOLERANCES
 from .cases import generator
-from .record import Operation
+from .specification import Operation
 from .rivals import RIVALS
 
 # Whose arrays are the 66 numbers.
@@ -37,13 +37,18 @@ def explain(operation: Operation) -> list[str]:
               "An answer has the precision of its inputs."]
     for function in (operation.name, f"{operation.name}_backward"):
         if function in RIVALS:
-            lines += [f"Conventions of others that {function} is held against:"]
-            lines += [f"    {label}" for label, _ in RIVALS[function]]
+            lines += [f"Conventions of others that {function} is held against:",
+                      *(f"    {label}" for label, _ in RIVALS[function])]
     return lines
 
 
 def signature(operation: Operation) -> str:
-    """Names and defaults as Python writes them, without types."""
+    """Names and defaults as Python writes them, without types.
+
+    >>> from refimpl.conformance import OPERATIONS
+    >>> signature(OPERATIONS["avg_depool1d"])
+    '(h, width=2)'
+    """
     parameters = [p.replace(annotation=inspect.Parameter.empty)
                   for p in inspect.signature(operation.f).parameters.values()]
     if any(p.kind is p.VAR_POSITIONAL for p in parameters):

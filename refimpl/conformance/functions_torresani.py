@@ -5,13 +5,16 @@ Sequences of different length come end to end in one array, with their lengths. 
 float64.
 """
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 
 from ..torresani2006 import align, poses, regress, segment, svr, synthesise
 from . import definitions_torresani as plain
 
 
-def dtw_cost(X, Y):
+def dtw_cost(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     """SSD of equations 3 to 5 by dynamic programming, steps (1,0), (1,1), (0,1), each at the cost
     of the cell it enters.
 
@@ -20,7 +23,7 @@ def dtw_cost(X, Y):
     return np.asarray(align.dtw(X, Y)[0])
 
 
-def dtw_path(X, Y):
+def dtw_path(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     """The best path from (0, 0) to (P-1, Q-1); of equal ways back the diagonal, then (p-1, q), then
     (p, q-1).
 
@@ -29,7 +32,7 @@ def dtw_path(X, Y):
     return align.dtw(X, Y)[1]
 
 
-def content_clusters(ssd, *, threshold):
+def content_clusters(ssd: np.ndarray, *, threshold: float) -> np.ndarray:
     """Fragments linked by chains of SSD below the threshold.
 
     ssd : (N, N), threshold : radians squared  ->  (N,) numbers from 0 in the order of their first
@@ -38,7 +41,9 @@ def content_clusters(ssd, *, threshold):
     return align.clusters(ssd, threshold)
 
 
-def space_time_interpolation(X, Y, root_X, root_Y, path, *, alpha, smooth=6.0, up="y"):
+def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, root_Y: np.ndarray,
+                             path: np.ndarray, *, alpha: float, smooth: float = 6.0,
+                             up: str = "y") -> tuple[np.ndarray, np.ndarray]:
     """Section 5: the blend of two sequences along a path, alpha = 0 the first, 1 the second.
 
     X : (P, D), Y : (Q, D), radians;  root_X : (P, 4), root_Y : (Q, 4): x, y, z (length) and heading
@@ -47,25 +52,26 @@ def space_time_interpolation(X, Y, root_X, root_Y, path, *, alpha, smooth=6.0, u
     up : "y" or "z"
     ->  angles (T, D), root (T, 4)
     """
-    a, b = (poses.Fragment(name, None, None, angles, root, 30.0)
+    a, b = (poses.Fragment(name, "", np.zeros(3), angles, root, 30.0)
             for name, angles, root in (("X", X, root_X), ("Y", Y, root_Y)))
     made = align.interpolate(a, b, alpha, path, up, smooth)
     return made.angles, made.root
 
 
-def one_stage_segmentation(Y, frames, *, lengths):
+def one_stage_segmentation(Y: np.ndarray, frames: np.ndarray, *,
+                           lengths: Sequence[int]) -> tuple[np.ndarray, ...]:
     """Equations 8 to 11: Y as the cheapest sequence of fragments.
 
     Y : (P, D), frames : (sum of lengths, D), the fragments end to end, lengths : frames of each
     ->  total cost, fragment of each piece, its end (frame after its last) in Y, its cost
     """
     total, pieces = segment.segment(Y, plain.sequences(frames, lengths))
-    return np.asarray(total), np.array([p.fragment for p in pieces
-                                        ]), np.array([p.end for p in pieces
-                                                      ]), np.array([p.cost for p in pieces])
+    found = [(p.fragment, p.end, p.cost) for p in pieces]
+    return (np.asarray(total), *map(np.array, zip(*found)))
 
 
-def principal_components(frames, *, lengths, components, length):
+def principal_components(frames: np.ndarray, *, lengths: Sequence[int], components: int,
+                         length: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The directions of largest variance of sequences stretched to one length (frames linearly
     interpolated).
 
@@ -79,34 +85,37 @@ def principal_components(frames, *, lengths, components, length):
     return fitted.mean, fitted.basis, np.array([regress.project(fitted, x) for x in sequences])
 
 
-def gaussian_kernel(A, B, *, gamma):
+def gaussian_kernel(A: np.ndarray, B: np.ndarray, *, gamma: float) -> np.ndarray:
     """k(a, b) = exp( -gamma || a - b ||^2 ).   A : (M, d), B : (N, d), gamma above 0  ->  (M, N)"""
     return regress.gaussian_kernel(A, B, gamma)
 
 
-def linear_ridge(Z, Y, *, ridge):
+def linear_ridge(Z: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
     """theta = (Z^T Z + ridge I)^-1 Z^T Y.   Z : (N, d), Y : (N, E), ridge above 0  ->  (d, E)"""
     return regress.linear_ridge(Z, Y, ridge)
 
 
-def kernel_ridge(K, Y, *, ridge):
+def kernel_ridge(K: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
     """a = (K + ridge I)^-1 Y.   K : (N, N), Y : (N, E), ridge above 0  ->  (N, E)"""
     return regress.kernel_ridge(K, Y, ridge)
 
 
-def support_vector_regression(K, y, K_new, *, C, epsilon):
+def support_vector_regression(K: np.ndarray, y: np.ndarray, K_new: np.ndarray, *, C: float,
+                              epsilon: float) -> tuple[np.ndarray, np.ndarray]:
     """Epsilon-insensitive support vector regression with offset, solved to the end.
 
     K : (N, N) kernel of the examples, y : (N,), K_new : (M, N);  C : box, epsilon : half width of
     the tube
     ->  the dual objective 1/2 b^T K b - y^T b + epsilon |b|, predictions (M,)
     """
-    beta, b = svr.fit_svr(K[None], y[None], C, epsilon, tolerance=1e-12)
-    return np.asarray(svr.dual_objective(K, y, beta[0],
-                                         epsilon)), svr.predict_svr(K_new, beta[0], b[0])
+    (beta,), (b,) = svr.fit_svr(K[None], y[None], C, epsilon, tolerance=1e-12)
+    objective = np.asarray(svr.dual_objective(K, y, beta, epsilon))
+    return objective, svr.predict_svr(K_new, beta, b)
 
 
-def predicted_style(Z, Y, new, *, kind, ridge=None, gamma=None, C=None, epsilon=None):
+def predicted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
+                    ridge: float | None = None, gamma: float | None = None,
+                    C: float | None = None, epsilon: float | None = None) -> np.ndarray:
     """f of equation 1, fitted with known hyper-parameters: inputs standardised, the mean label
     taken out and put back.
 
@@ -114,15 +123,15 @@ def predicted_style(Z, Y, new, *, kind, ridge=None, gamma=None, C=None, epsilon=
     new : (M, d)
     kind : "linear interpolation", "linear ridge", "kernel ridge" or "support vector"   ->  (M, E)
     """
-    chosen = {
+    chosen: dict[str, Any] = {
         "linear interpolation": {}, "linear ridge": {"lambda": ridge},
         "kernel ridge": {"gamma": gamma, "lambda": ridge},
         "support vector": {"gamma": gamma, "C": C, "epsilon": epsilon}}[kind]
-    return regress.predict(regress.fit_with(kind, Z, Y, [chosen] * Y.shape[1], tolerance=1e-12),
-                           new)
+    fitted = regress.fit_with(kind, Z, Y, [chosen] * Y.shape[1], tolerance=1e-12)
+    return regress.predict(fitted, new)
 
 
-def continuous_exponential_maps(R, reference):
+def continuous_exponential_maps(R: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Rotation vectors relative to a reference that run on past pi instead of jumping.
 
     R : (T, J, 3, 3), reference : (J, 3, 3)  ->  (T, J, 3) radians
@@ -130,24 +139,31 @@ def continuous_exponential_maps(R, reference):
     return poses.exponential_maps(R, reference)
 
 
-def _polynomials(coefficients):
-    return lambda x: np.array([
-        np.polynomial.polynomial.polyval(value, c) for value, c in zip(x, coefficients)])
+def polynomials(coefficients: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Polynomials, coefficients (N, degree + 1) from the constant on, as a function of (N,).
+
+    >>> polynomials(np.array([[1.0, 0.0, 2.0]]))(np.array([3.0]))
+    array([19.])
+    """
+    return lambda x: np.array([np.polynomial.polynomial.polyval(value, c)
+                               for value, c in zip(x, coefficients)])
 
 
-def golden_section(coefficients, low, high, *, tolerance=1e-6):
+def golden_section(coefficients: np.ndarray, low: np.ndarray, high: np.ndarray, *,
+                   tolerance: float = 1e-6) -> np.ndarray:
     """Where polynomials have their minimum between two ends, by golden-section search.
 
     coefficients : (N, degree + 1), from the constant on;  low, high : (N,)  ->  (N,)
     """
-    return synthesise.golden_section(_polynomials(coefficients), low, high, tolerance)
+    return synthesise.golden_section(polynomials(coefficients), low, high, tolerance)
 
 
-def best_alpha(coefficients, *, samples=13, tolerance=1e-6):
+def best_alpha(coefficients: np.ndarray, *, samples: int = 13,
+               tolerance: float = 1e-6) -> np.ndarray:
     """Equation 12's search: the best of `samples` even steps over [-0.25, 1.25], then golden
     section around it.
 
     coefficients : (N, degree + 1) of polynomials that stand for the distance to the style asked for
     ->  (N,)
     """
-    return synthesise.best_alpha(_polynomials(coefficients), len(coefficients), samples, tolerance)
+    return synthesise.best_alpha(polynomials(coefficients), len(coefficients), samples, tolerance)

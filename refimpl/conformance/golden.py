@@ -24,9 +24,8 @@ import numpy as np
 from .. import __version__
 from ..nn.conventions import CONVENTIONS
 from ..storage import FormatError, atomic_write, read_arrays
-from .backend import LOOSEST, TOLERANCES, nearest, reference
-from .cases import OPERATIONS, PROMISES, Case, cases
-from .judge import EXACT
+from .backend import LOOSEST, OPERATIONS, TOLERANCES, nearest, reference
+from .cases import EXACT, Case, cases
 
 FORMAT, VERSION = "golden vectors", 2
 KEYS = {"id": str, "operation": str, "function": str, "equation": str, "precision": str,
@@ -44,9 +43,9 @@ def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | Non
     (folder / "vectors").mkdir(parents=True, exist_ok=True)
     earlier = _listed(folder)
     Path(os.path.realpath(folder / "manifest.json")).unlink(missing_ok=True)
-    records = [_write_case(folder, case) for case in cases(seed=seed, operations=operations)
-               if case.kind in ("float64", "float32", "empty batch") and case.kind not in PROMISES]
-    for name in earlier - {record["file"] for record in records}:
+    entries = [_write_case(folder, case) for case in cases(seed=seed, operations=operations)
+               if case.kind in ("float64", "float32", "empty batch")]
+    for name in earlier - {entry["file"] for entry in entries}:
         (folder / name).unlink(missing_ok=True)
     manifest = {
         "format": FORMAT, "version": VERSION, "made_by": f"refimpl {__version__}",
@@ -55,20 +54,20 @@ def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | Non
                  "array (of 1 where all are 0)",
         "conventions": [{"where": c.where, "here": c.here,
                          "rivals": [f"{r}: {who}" for r, who in c.rivals]} for c in CONVENTIONS],
-        "cases": records}
+        "cases": entries}
     with atomic_write(folder / "manifest.json") as file:
         json.dump({**manifest, "sha256": manifest_hash(manifest)}, file, indent=1)
         file.write("\n")
-    return len(records)
+    return len(entries)
 
 
 def _listed(folder):
     """The vectors of an export that stands in the folder already."""
     try:
-        records = read_manifest(folder)["cases"]
+        entries = read_manifest(folder)["cases"]
     except FormatError:
         return set()
-    return {r["file"] for r in records if isinstance(r, dict) and _is_vector(r.get("file"))}
+    return {e["file"] for e in entries if isinstance(e, dict) and _is_vector(e.get("file"))}
 
 
 def _is_vector(name):
@@ -83,41 +82,31 @@ def manifest_hash(manifest: dict[str, Any]) -> str:
 
 
 def _write_case(folder, case):
+    """Write a case's vectors.   ->  its entry in the manifest"""
+    arrays: dict[str, Any] = {}
+
+    def _stored(label, value, **more):
+        if not isinstance(value, np.ndarray):
+            return {**more, "value": list(value) if isinstance(value, tuple) else value}
+        arrays[label] = np.asarray(value, dtype=value.dtype.newbyteorder("<"), order="C")
+        return {**more, "array": label}
+    entry = {
+        "id": case.id, "operation": case.operation.name, "function": case.function,
+        "equation": case.operation.equation, "precision": case.precision, "file": "", "sha256": "",
+        "arguments": [_stored(f"in{number}", value, name=name) for number, (name, value)
+                      in enumerate(zip(case.names, case.arguments))],
+        "attributes": {key: _stored(f"attribute_{key}", value)
+                       for key, value in case.attributes.items()},
+        "outputs": [None if value is None else
+                    {**_stored(f"out{number}", value), "shape": list(value.shape), "bound": bound}
+                    for number, (value, bound) in enumerate(zip(case.expected, case.bounds()))]}
     name = re.sub(r"[^a-z0-9]+", "-", case.id.lower()).strip("-")
-    arrays, arguments, attributes = {}, [], {}
-    for number, value in enumerate(case.arguments):
-        label = case.names[number]
-        if isinstance(value, np.ndarray):
-            arrays[f"in{number}"] = _little_endian(value)
-            arguments.append({"name": label, "array": f"in{number}"})
-        else:
-            arguments.append({"name": label, "value": value})
-    for key, value in case.attributes.items():
-        if isinstance(value, np.ndarray):
-            arrays[f"attribute_{key}"] = _little_endian(value)
-            attributes[key] = {"array": f"attribute_{key}"}
-        else:
-            attributes[key] = {"value": list(value) if isinstance(value, tuple) else value}
-    outputs = []
-    for number, value in enumerate(case.expected):
-        if value is None:
-            outputs.append(None)
-            continue
-        arrays[f"out{number}"] = _little_endian(value)
-        factor = case.allowances[number]
-        bound = EXACT if case.exact else TOLERANCES[case.precision] * factor + case.slacks[number]
-        outputs.append({"array": f"out{number}", "shape": list(value.shape), "bound": bound})
     path = folder / "vectors" / f"{name}.npz"
     with atomic_write(path, "wb") as file:
         np.savez(file, **arrays)
-    return {"id": case.id, "operation": case.operation.name, "function": case.function,
-            "equation": case.operation.equation, "precision": case.precision,
-            "file": f"vectors/{path.name}", "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
-            "arguments": arguments, "attributes": attributes, "outputs": outputs}
-
-
-def _little_endian(array):
-    return np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<")).reshape(array.shape)
+    entry["file"] = f"vectors/{path.name}"
+    entry["sha256"] = hashlib.sha256(path.read_bytes()).hexdigest()
+    return entry
 
 
 def golden_case(folder: str, identity: str) -> Case:
@@ -138,14 +127,12 @@ def read_folder(folder: str | Path) -> tuple[list[Case], list[str]]:
     """
     folder = Path(folder)
     manifest = read_manifest(folder)
-    records, wrong = manifest["cases"], []
-    functions = reference().functions
-    for number, record in enumerate(records):
-        label = f"manifest.json, case {number}"
-        wrong += [f"{label}: {what}" for what in _complaints(record, functions)]
+    entries, functions = manifest["cases"], reference().functions
+    wrong = [f"manifest.json, case {number}: {what}" for number, entry in enumerate(entries)
+             for what in _complaints(entry, functions)]
     if not wrong:
         for key in ("id", "file"):
-            names = [record[key].lower() for record in records]
+            names = [entry[key].lower() for entry in entries]
             wrong += [f"manifest.json: found {key} {name!r} {names.count(name)} times, needed it "
                       "once" for name in dict.fromkeys(names) if names.count(name) > 1]
     if manifest.get("sha256") != manifest_hash(manifest):
@@ -153,22 +140,21 @@ def read_folder(folder: str | Path) -> tuple[list[Case], list[str]]:
                      "again")
     if wrong:
         return [], wrong
-    wrong += _unlisted(folder, {record["file"] for record in records})
+    wrong += _unlisted(folder, {entry["file"] for entry in entries})
     found = []
-    for record in records:
+    for entry in entries:
         try:
-            found.append(_read_case(folder, record))
+            found.append(_read_case(folder, entry))
         except (OSError, ValueError) as error:
-            wrong.append(f"{record['id']}: {record['file']}: {error}")
+            wrong.append(f"{entry['id']}: {entry['file']}: {error}")
     return found, wrong
 
 
 def _once(pairs):
     """A JSON object whose keys all differ."""
-    found = dict(pairs)
-    if len(found) != len(pairs):
+    if len(dict(pairs)) != len(pairs):
         raise ValueError("a key stands twice in an object")
-    return found
+    return dict(pairs)
 
 
 def _no_number(word):
@@ -198,40 +184,38 @@ def read_manifest(folder: str | Path) -> dict[str, Any]:
     return manifest
 
 
-def _complaints(record, functions):
-    """What a record lacks, or has that it should not."""
-    if not isinstance(record, dict) or set(record) != set(KEYS):
-        return [f"found {sorted(record) if isinstance(record, dict) else type(record).__name__}, "
+def _complaints(entry, functions):
+    """What an entry of the manifest lacks, or has that it should not."""
+    if not isinstance(entry, dict) or set(entry) != set(KEYS):
+        return [f"found {sorted(entry) if isinstance(entry, dict) else type(entry).__name__}, "
                 f"needed {', '.join(KEYS)}"]
-    wrong = [f"{key}: found {type(record[key]).__name__}, needed {kind.__name__}"
-             for key, kind in KEYS.items() if type(record[key]) is not kind]
+    wrong = [f"{key}: found {type(entry[key]).__name__}, needed {kind.__name__}"
+             for key, kind in KEYS.items() if type(entry[key]) is not kind]
     if wrong:
         return wrong
-    operation = OPERATIONS.get(record["operation"])
-    if operation is None or record["function"] not in functions or record["function"] not in (
+    function, operation = entry["function"], OPERATIONS.get(entry["operation"])
+    if operation is None or function not in functions or function not in (
             operation.name, f"{operation.name}_backward"):
-        near = nearest(record["function"], functions)
-        return [f"function: found {record['function']!r} of operation {record['operation']!r}, "
-                "needed one of this package's" + (f"; {near}?" if near else "")]
-    if record["precision"] not in TOLERANCES:
-        wrong.append(f"precision: found {record['precision']!r}, needed {' or '.join(TOLERANCES)}")
-    if not _is_vector(record["file"]):
-        wrong.append(f"file: found {record['file']!r}, needed vectors/NAME.npz inside the folder")
-    upstream = ("upstream gradient",) * record["function"].endswith("_backward")
-    names = [entry.get("name") if isinstance(entry, dict) else None
-             for entry in record["arguments"]]
-    if tuple(names) != (upstream + operation.arguments)[:len(names)]:
-        wrong.append(f"arguments: found {names}, needed {list(upstream + operation.arguments)}, in "
-                     "this order")
-    entries = [*record["arguments"], *record["attributes"].values()]
-    if not all(isinstance(entry, dict) and len(set(entry) & {"array", "value"}) == 1
-               and isinstance(entry.get("array", ""), str) for entry in entries):
+        near = nearest(function, functions)
+        return [f"function: found {function!r} of operation {entry['operation']!r}, needed one of "
+                "this package's" + (f"; {near}?" if near else "")]
+    if entry["precision"] not in TOLERANCES:
+        wrong.append(f"precision: found {entry['precision']!r}, needed {' or '.join(TOLERANCES)}")
+    if not _is_vector(entry["file"]):
+        wrong.append(f"file: found {entry['file']!r}, needed vectors/NAME.npz inside the folder")
+    upstream = ("upstream gradient",) * function.endswith("_backward")
+    expected = list(upstream + operation.arguments)
+    names = [given.get("name") if isinstance(given, dict) else None for given in entry["arguments"]]
+    if names != expected[:len(names)]:
+        wrong.append(f"arguments: found {names}, needed {expected}, in this order")
+    if not all(isinstance(given, dict) and len(set(given) & {"array", "value"}) == 1
+               and isinstance(given.get("array", ""), str)
+               for given in [*entry["arguments"], *entry["attributes"].values()]):
         wrong.append("arguments, attributes: needed for each either the name of an array or a "
                      "value")
-    for number, output in enumerate(record["outputs"]):
-        if output is not None:
-            wrong += [f"output {number}: {what}" for what in _output_complaints(output)]
-    if not any(output is not None for output in record["outputs"]):
+    wrong += [f"output {number}: {what}" for number, output in enumerate(entry["outputs"])
+              if output is not None for what in _output_complaints(output)]
+    if not any(output is not None for output in entry["outputs"]):
         wrong.append("outputs: found none, needed at least one")
     return wrong
 
@@ -259,44 +243,41 @@ def _unlisted(folder, listed):
             if f"vectors/{name}" not in listed]
 
 
-def _read_case(folder, record):
-    """A record and its arrays as a Case.   Raises ValueError, OSError."""
-    path = folder / record["file"]
+def _read_case(folder, entry):
+    """An entry and its arrays as a Case.   Raises ValueError, OSError."""
+    path = folder / entry["file"]
     if not stat.S_ISREG(os.lstat(path).st_mode):
         raise ValueError("is no plain file")
     data = path.read_bytes()
-    if hashlib.sha256(data).hexdigest() != record["sha256"]:
+    if hashlib.sha256(data).hexdigest() != entry["sha256"]:
         raise ValueError("is not the file that was exported, its SHA-256 differs")
-    arrays = read_arrays(data)
-    entries = [*record["arguments"], *record["attributes"].values(),
-               *filter(None, record["outputs"])]
-    names = [entry["array"] for entry in entries if "array" in entry]
-    if sorted(names) != sorted(arrays):
-        raise ValueError(f"holds {', '.join(sorted(arrays))}, needed {', '.join(sorted(names))}")
+    arrays, outputs = read_arrays(data), entry["outputs"]
+    names = sorted(given["array"] for given in (
+        *entry["arguments"], *entry["attributes"].values(), *filter(None, outputs))
+        if "array" in given)
+    if names != sorted(arrays):
+        raise ValueError(f"holds {', '.join(sorted(arrays))}, needed {', '.join(names)}")
     if any(array.dtype.kind not in "fiub" or not array.flags.c_contiguous
            for array in arrays.values()):
         raise ValueError("holds an array that is not of real numbers in C order")
-    for output in filter(None, record["outputs"]):
-        if list(arrays[output["array"]].shape) != output["shape"]:
-            raise ValueError(f"{output['array']} has shape {list(arrays[output['array']].shape)}, "
-                             f"needed {output['shape']}")
-    operation, single = OPERATIONS[record["operation"]], record["precision"] == "float32"
-    base = TOLERANCES[record["precision"]] * operation.tolerance
-    allowed = [output["bound"] if output else base for output in record["outputs"]]
-    exact = all(output is None or output["bound"] == EXACT for output in record["outputs"])
-    if not exact and min(allowed) < base:
-        raise ValueError(f"has a bound of {min(allowed):.3g}, needed at least {base:.3g}")
-    arguments = tuple(arrays[e["array"]] if "array" in e else e["value"]
-                      for e in record["arguments"])
-    attributes = {key: arrays[e["array"]] if "array" in e else _attribute(e["value"])
-                  for key, e in record["attributes"].items()}
-    expected = tuple(None if output is None else arrays[output["array"]]
-                     for output in record["outputs"])
-    kind = record["id"].rsplit("/", 1)[-1]
-    return Case(record["id"], operation, record["function"], kind, arguments, attributes, expected,
-                exact=exact, slack=tuple(bound - base for bound in allowed), folder=str(folder),
-                single=single)
+    for output in filter(None, outputs):
+        shape = list(arrays[output["array"]].shape)
+        if shape != output["shape"]:
+            raise ValueError(f"{output['array']} has shape {shape}, needed {output['shape']}")
+    operation = OPERATIONS[entry["operation"]]
+    base = TOLERANCES[entry["precision"]] * operation.tolerance
+    bounds = [output["bound"] if output else base for output in outputs]
+    exact = all(output is None or output["bound"] == EXACT for output in outputs)
+    if not exact and min(bounds) < base:
+        raise ValueError(f"has a bound of {min(bounds):.3g}, needed at least {base:.3g}")
 
-
-def _attribute(value):
-    return tuple(value) if isinstance(value, list) else value
+    def _value(given):
+        if "array" in given:
+            return arrays[given["array"]]
+        return tuple(given["value"]) if isinstance(given["value"], list) else given["value"]
+    return Case(entry["id"], operation, entry["function"], entry["id"].rsplit("/", 1)[-1],
+                tuple(map(_value, entry["arguments"])),
+                {key: _value(given) for key, given in entry["attributes"].items()},
+                tuple(output and arrays[output["array"]] for output in outputs), exact=exact,
+                sensitivity=tuple(bound - base for bound in bounds), folder=str(folder),
+                single=entry["precision"] == "float32")

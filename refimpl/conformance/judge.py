@@ -13,11 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from ..gradcheck.contract import changed, mixture, nonlinearity, same_bits, sharing
+from ..gradcheck.difference import relative_difference
 from . import attribution
 from .backend import Backend, NoAnswer, as_backend, ask, is_expected_failure
-from .record import PythonNumber, relative_difference
+from .cases import Case
+from .specification import has_type
 
-EXACT = 1e-15                                         # where a rule decides and nothing is rounded
 # How a library says that it does not take something.
 REFUSALS = (ValueError, TypeError, NotImplementedError)
 GRADES = ("agrees", "wrong", "convention", "stricter", "laxer", "not offered", "undecidable")
@@ -28,32 +30,34 @@ class Outcome:
     """The verdict on one case.
 
     status : passed, failed, skipped, xfailed (an expected failure) or xpassed (one that passed);
-    grade : one of GRADES;  message : for people;  found, needed : in a few words or numbers;
+    grade : one of GRADES;  message : for people;  found, expected : in a few words or numbers;
     rival : the convention that it follows instead, "" when none is known;  answer : its outputs
     """
 
-    case: Any
+    case: Case
     status: str
     message: str = ""
-    worst: dict | None = None
+    worst: dict[str, Any] | None = None
     rival: str = ""
     difference: float = 0.0
     grade: str = ""
     found: Any = ""
-    needed: Any = ""
+    expected: Any = ""
     answer: tuple | None = None
     error: BaseException | None = None
 
 
 class Difference(Exception):
-    """What is wrong with a result; carries the worst element."""
+    """What is wrong with a result, found and expected in a few words or numbers, and the worst
+    element.
+    """
 
-    def __init__(self, message, found="", needed="", **worst):
+    def __init__(self, message: str, found: Any = "", expected: Any = "", **worst: Any) -> None:
         super().__init__(message)
-        self.worst, self.found, self.needed = worst, found, needed
+        self.worst, self.found, self.expected = worst, found, expected
 
 
-def judge_all(backend: Any, chosen: Iterable[Any],
+def judge_all(backend: Any, chosen: Iterable[Case],
               expected_failures: Iterable[str] = ()) -> Iterator[Outcome]:
     """Outcomes of all cases, in order.   backend : whatever `as_backend` takes
 
@@ -70,8 +74,13 @@ def judge_all(backend: Any, chosen: Iterable[Any],
             yield outcome
 
 
-def judge(case: Any, backend: Any) -> Outcome:
-    """->  Outcome of one case, judged alone"""
+def judge(case: Case, backend: Any) -> Outcome:
+    """The Outcome of one case, judged alone.
+
+    >>> from refimpl.conformance import case, reference
+    >>> judge(case("gram/plain/forward/float64"), reference()).grade
+    'agrees'
+    """
     backend = as_backend(backend)
     return _weighed([_first_look(case, backend)], backend)[0]
 
@@ -79,19 +88,19 @@ def judge(case: Any, backend: Any) -> Outcome:
 def _first_look(case, backend):
     if case.function not in backend.functions:
         return Outcome(case, "skipped", f"{backend.name} has no {case.function}",
-                       grade="not offered", needed=case.function)
-    answer: list = []
+                       grade="not offered", expected=case.function)
+    answer: list[tuple] = []
     try:
         with np.errstate(all="ignore"):
             difference = _try(case, backend, answer)
     except Difference as wrong:
         laxer = case.kind == "refused"
         return Outcome(case, "failed", str(wrong), wrong.worst, grade="laxer" if laxer else "wrong",
-                       found=wrong.found or str(wrong), needed=wrong.needed,
+                       found=wrong.found or str(wrong), expected=wrong.expected,
                        answer=answer[0] if answer else None)
     except NoAnswer as silent:
         return Outcome(case, "failed", str(silent), grade="wrong", found=str(silent),
-                       needed="an answer", error=silent.error)
+                       expected="an answer", error=silent.error)
     return Outcome(case, "passed", difference=difference or 0.0, grade="agrees")
 
 
@@ -110,7 +119,7 @@ def _weighed(outcomes, backend):
         elif (o.grade == "agrees" and o.case.kind == "refused" and o.case.function not in answered
               and any(p.error is not None for p in outcomes if p.case.function == o.case.function)):
             o = replace(o, status="failed", grade="undecidable",
-                        needed="an answer to some valid call",
+                        expected="an answer to some valid call",
                         message="refused, as it should be; but it answers no valid call either")
         if o.status == "failed":
             says = [f"{o.case.id}: {o.message}"] + ([f"It matches {rival}."] if rival else [])
@@ -132,57 +141,43 @@ def _try(case, backend, answer):
     if case.kind in _PROMISES:
         return _PROMISES[case.kind](case, backend)
     answer.append(_call(case, backend))
-    return compare(answer[0], case, bounds(case, backend))
+    return compare(answer[0], case, case.bounds(backend.tolerances))
 
 
-def _call(case, backend, upstream=None):
+def _call(case, backend, upstream=None, writeable=True):
     """Outputs of the function for copies of the case's arguments, which it must leave alone."""
-    arguments, attributes = case.fresh()
+    arguments, attributes = case.fresh(writeable)
+    before = case.arguments
     if upstream is not None:
+        before = (upstream, *before[1:])
         arguments = (upstream.copy(), *arguments[1:])
     try:
-        outputs = ask(backend.functions[case.function], arguments, attributes)
+        return ask(backend.functions[case.function], arguments, attributes)
     finally:
-        _left_as_they_were(case, arguments, attributes, upstream)
-    return outputs
-
-
-def _left_as_they_were(case, arguments, attributes, upstream=None):
-    needed = case.arguments if upstream is None else (upstream, *case.arguments[1:])
-    pairs = [*zip(case.names, needed, arguments),
-             *((key, value, attributes.get(key)) for key, value in case.attributes.items())]
-    for name, before, after in pairs:
-        if isinstance(before, np.ndarray) and before.tobytes() != after.tobytes():
+        for name, _ in changed((*case.names[:len(before)], *case.attributes),
+                               (*before, *case.attributes.values()),
+                               (*arguments, *attributes.values())):
             raise Difference(f"changed its argument {name}, needed to leave it alone",
                              f"changed {name}", f"{name} left alone")
 
 
-def bounds(case: Any, backend: Backend) -> tuple[float, ...]:
-    """How far each output may be off, in units of its largest element."""
-    if case.exact:
-        return (EXACT,) * len(case.expected)
-    declared = backend.tolerances[case.precision]
-    return tuple(declared * factor + slack for factor, slack in zip(case.allowances, case.slacks))
-
-
-def compare(found: tuple, case: Any, allowed: Sequence[float]) -> float:
+def compare(found: tuple, case: Case, bounds: Sequence[float]) -> float:
     """Raise Difference unless all outputs have the expected shape, type and values.
 
-    allowed : of `bounds`   ->  largest difference relative to the largest element
+    bounds : of `Case.bounds`   ->  largest difference relative to the largest element
     """
-    if len(found) != len(case.expected):
-        raise Difference(f"found {len(found)} outputs, needed {len(case.expected)}",
-                         f"{len(found)} outputs", f"{len(case.expected)} outputs")
-    largest = 0.0
-    for number, (got, wanted, bound) in enumerate(zip(found, case.expected, allowed)):
+    expected, worst = case.expected or (), 0.0
+    if len(found) != len(expected):
+        raise Difference(f"found {len(found)} outputs, needed {len(expected)}",
+                         f"{len(found)} outputs", f"{len(expected)} outputs")
+    for number, (a, b, bound) in enumerate(zip(found, expected, bounds)):
         label = _output_name(case, number)
-        if wanted is None or got is None:
-            if wanted is not None:
-                raise Difference(f"{label}: found None, needed an array of shape {wanted.shape}",
-                                 "None", f"shape {wanted.shape}")
-            continue
-        largest = max(largest, _compare_arrays(label, got, np.asarray(wanted), bound, case))
-    return largest
+        if b is not None and a is None:
+            raise Difference(f"{label}: found None, needed an array of shape {b.shape}",
+                             "None", f"shape {b.shape}")
+        if b is not None:
+            worst = max(worst, _compare_arrays(label, a, np.asarray(b), bound, case))
+    return worst
 
 
 def _output_name(case, number):
@@ -192,31 +187,23 @@ def _output_name(case, number):
     return "output" if len(case.expected) == 1 else f"output {number}"
 
 
-def right_type(got: np.ndarray, wanted: np.ndarray, precision: str) -> bool:
-    """Whether an output has the precision asked for, or whole numbers where these are wanted."""
-    if isinstance(got, PythonNumber) and wanted.dtype.kind == "f" and wanted.ndim == 0:
-        return True                                              # it has no precision of its own
-    dtype = np.dtype(precision) if wanted.dtype.kind == "f" else wanted.dtype
-    return got.dtype == dtype or (dtype.kind in "iu" and got.dtype.kind in "iu")
-
-
-def _compare_arrays(label, got, wanted, allowed, case):
-    if got.shape != wanted.shape:
-        raise Difference(f"{label}: found shape {got.shape}, needed {wanted.shape}",
-                         f"shape {got.shape}", f"shape {wanted.shape}")
-    if not right_type(got, wanted, case.precision):
-        needed = case.precision if wanted.dtype.kind == "f" else wanted.dtype
-        raise Difference(f"{label}: found dtype {got.dtype}, needed {needed}",
-                         f"dtype {got.dtype}", f"dtype {needed}")
-    if not wanted.size:
+def _compare_arrays(label, found, expected, bound, case):
+    if found.shape != expected.shape:
+        raise Difference(f"{label}: found shape {found.shape}, needed {expected.shape}",
+                         f"shape {found.shape}", f"shape {expected.shape}")
+    if not has_type(found, expected, case.precision):
+        dtype = case.precision if expected.dtype.kind == "f" else expected.dtype
+        raise Difference(f"{label}: found dtype {found.dtype}, needed {dtype}",
+                         f"dtype {found.dtype}", f"dtype {dtype}")
+    if not expected.size:
         return 0.0
-    off = relative_difference(got, wanted)
+    off = relative_difference(found, expected)
     worst = np.unravel_index(np.argmax(off), off.shape)
-    if not off[worst] <= allowed:
-        index, values = [int(i) for i in worst], (float(got[worst]), float(wanted[worst]))
+    if not off[worst] <= bound:
+        index, values = [int(i) for i in worst], (float(found[worst]), float(expected[worst]))
         raise Difference(f"{label}, worst at {index}: got {values[0]:.17g}, wanted "
                          f"{values[1]:.17g} ({off[worst]:.3g} of the largest element, allowed "
-                         f"{allowed:.1g}; {int((~(off <= allowed)).sum())} of {off.size} elements "
+                         f"{bound:.1g}; {int((~(off <= bound)).sum())} of {off.size} elements "
                          "differ)", *values, output=label, index=index, got=values[0],
                          wanted=values[1], relative=float(off[worst]))
     return float(off[worst])
@@ -241,14 +228,9 @@ def _refused(case, backend):
 
 
 def _left_alone(case, backend):
-    """Read-only arguments too; `_call` looks after the others."""
+    """Read-only arguments too."""
     _call(case, backend)
-    arguments, attributes = case.fresh()
-    for a in (*arguments, *attributes.values()):
-        if isinstance(a, np.ndarray):
-            a.flags.writeable = False
-    ask(backend.functions[case.function], arguments, attributes)
-    _left_as_they_were(case, arguments, attributes)
+    _call(case, backend, writeable=False)
 
 
 def _same_bits(case, backend):
@@ -264,7 +246,7 @@ def _same_bits(case, backend):
 
 def _compare_bits(case, kept, found, when):
     for number, (a, b) in enumerate(zip(kept, found)):
-        if a is not None and (b is None or a.shape != b.shape or a.tobytes() != b.tobytes()):
+        if a is not None and not same_bits(a, b):
             raise Difference(f"{_output_name(case, number)}: found other bits {when}", "other bits",
                              "the same bits on every call")
 
@@ -273,33 +255,32 @@ def _own_memory(case, backend):
     arguments, attributes = case.fresh()
     outputs = ask(backend.functions[case.function], arguments, attributes)
     for number, out in enumerate(outputs):
-        for name, a in zip(case.names, arguments):
-            if isinstance(a, np.ndarray) and out is not None and np.shares_memory(out, a):
-                raise Difference(f"{_output_name(case, number)}: shares memory with {name}, needed "
-                                 "memory of its own", f"memory of {name}", "memory of its own")
+        for name in sharing(out, zip(case.names, arguments)):
+            raise Difference(f"{_output_name(case, number)}: shares memory with {name}, needed "
+                             "memory of its own", f"memory of {name}", "memory of its own")
 
 
 def _linear(case, backend):
     upstream = case.arguments[0]
     other = np.cos(3.0 * np.arange(upstream.size)).reshape(upstream.shape)
-    first, second = _call(case, backend), _call(case, backend, other)
-    mixed = _call(case, backend, 1.7 * upstream - 0.6 * other)
-    allowed = 10 * backend.tolerances[case.precision] * case.operation.tolerance
+    first, second, mixed = (_call(case, backend, dy)
+                            for dy in (upstream, other, mixture(upstream, other)))
+    bound = 10 * backend.tolerances[case.precision] * case.operation.tolerance
     for number, (a, b, both) in enumerate(zip(first, second, mixed)):
         if a is not None:
             size = max(np.abs(a).max(initial=0), np.abs(b).max(initial=0)) or 1.0
-            off = np.abs(1.7 * a - 0.6 * b - both).max(initial=0) / size
-            if not off <= allowed:
+            off = nonlinearity(a, b, both) / size
+            if not off <= bound:
                 raise Difference(f"{_output_name(case, number)}: is not linear in the upstream "
                                  f"gradient (off by {off:.3g} of the largest element)",
-                                 float(off), float(allowed))
+                                 float(off), float(bound))
 
 
 _PROMISES = {"leaves its inputs alone": _left_alone, "same bits twice": _same_bits,
              "memory of its own": _own_memory, "linear in the upstream gradient": _linear}
 
 
-def reproduction(case: Any, backend: Backend) -> str:
+def reproduction(case: Case, backend: Backend) -> str:
     """Lines to paste, which make the same inputs again."""
     if case.folder:
         lines = ["from refimpl.conformance.golden import golden_case",
@@ -313,6 +294,5 @@ def reproduction(case: Any, backend: Backend) -> str:
         lines += ["from refimpl.conformance import load_backend",
                   f"print(c.call(load_backend({backend.name!r})), c.expected)"]
     else:
-        lines += ["c.check(MINE)                                    # MINE: the mapping that you "
-                  "gave"]
+        lines += [f"{'c.check(MINE)':48} # MINE: the mapping that you gave"]
     return "\n".join(f"    {line}" for line in lines)

@@ -1,4 +1,4 @@
-"""Records of the operations of `nn`."""
+"""The specifications of the operations of `nn`."""
 
 from typing import Any
 
@@ -7,86 +7,81 @@ import numpy as np
 from .. import nn
 from ..nn.adam import STEPS
 from ..nn.arguments import check_whole
-from . import definitions as by_definition
-from .record import Bad, Operation, Sample
+from . import definitions_nn as definitions
+from .specification import Bad, Sample, operation, ruled
 
 # Shapes that fit, for inputs that do not.
 X, W, B = np.zeros((2, 4, 9)), np.zeros((6, 4, 3)), np.zeros(6)
 
 
-def conv_samples(rng: np.random.Generator) -> list[Sample]:
+def _convolutions(rng, shapes):
+    """Random samples from {label: (input, filters, number of biases or None, attributes)}."""
     n = rng.standard_normal
-    return [
-        Sample("plain", (n((2, 3, 9)), n((4, 3, 5)), n(4))),
-        Sample("no bias", (n((2, 3, 9)), n((4, 3, 5)), None)),
-        Sample("valid", (n((2, 3, 9)), n((4, 3, 5)), n(4)), {"padding": "valid"}),
-        Sample("even width", (n((1, 2, 7)), n((3, 2, 4)), n(3))),
-        Sample("width one", (n((2, 3, 5)), n((2, 3, 1)), n(2))),
-        Sample("one frame", (n((2, 3, 1)), n((4, 3, 5)), n(4))),
-        Sample("wider than the clip", (n((1, 2, 4)), n((3, 2, 11)), n(3))),
-        Sample("one clip one channel", (n((1, 1, 6)), n((1, 1, 3)), n(1))),
-        Sample("asymmetric padding", (n((2, 2, 6)), n((3, 2, 3)), n(3)), {"padding": (0, 3)}),
-        Sample("asymmetric the other way", (n((2, 2, 6)), n((3, 2, 3)), n(3)),
-               {"padding": (4, 1)}),
-        Sample("stride", (n((2, 2, 10)), n((3, 2, 3)), n(3)), {"stride": 2, "padding": 1}),
-        Sample("stride with a rest", (n((2, 2, 11)), n((3, 2, 4)), n(3)),
-               {"stride": 3, "padding": "valid"}),
-        Sample("dilation", (n((2, 2, 10)), n((3, 2, 3)), n(3)), {"dilation": 2}),
-        Sample("groups", (n((2, 6, 7)), n((4, 3, 3)), n(4)), {"groups": 2}),
-        Sample("one group a channel", (n((2, 3, 7)), n((3, 1, 3)), n(3)), {"groups": 3}),
-        Sample("everything", (n((3, 4, 13)), n((6, 2, 3)), n(6)),
-               {"stride": 2, "padding": (1, 2), "dilation": 2, "groups": 2}),
+    return [Sample(label, (n(x), n(w), None if biases is None else n(biases)), attributes)
+            for label, (x, w, biases, attributes) in shapes.items()]
+
+
+def _conv_samples(rng):
+    n = rng.standard_normal
+    return _convolutions(rng, {
+        "plain": ((2, 3, 9), (4, 3, 5), 4, {}), "no bias": ((2, 3, 9), (4, 3, 5), None, {}),
+        "valid": ((2, 3, 9), (4, 3, 5), 4, {"padding": "valid"}),
+        "even width": ((1, 2, 7), (3, 2, 4), 3, {}), "width one": ((2, 3, 5), (2, 3, 1), 2, {}),
+        "one frame": ((2, 3, 1), (4, 3, 5), 4, {}),
+        "wider than the clip": ((1, 2, 4), (3, 2, 11), 3, {}),
+        "one clip one channel": ((1, 1, 6), (1, 1, 3), 1, {}),
+        "asymmetric padding": ((2, 2, 6), (3, 2, 3), 3, {"padding": (0, 3)}),
+        "asymmetric the other way": ((2, 2, 6), (3, 2, 3), 3, {"padding": (4, 1)}),
+        "stride": ((2, 2, 10), (3, 2, 3), 3, {"stride": 2, "padding": 1}),
+        "stride with a rest": ((2, 2, 11), (3, 2, 4), 3, {"stride": 3, "padding": "valid"}),
+        "dilation": ((2, 2, 10), (3, 2, 3), 3, {"dilation": 2}),
+        "groups": ((2, 6, 7), (4, 3, 3), 4, {"groups": 2}),
+        "one group a channel": ((2, 3, 7), (3, 1, 3), 3, {"groups": 3}),
+        "everything": ((3, 4, 13), (6, 2, 3), 6, {"stride": 2, "padding": (1, 2), "dilation": 2,
+                                                  "groups": 2})}) + [
         Sample("zeros", (np.zeros((1, 2, 5)), n((3, 2, 3)), n(3))),
         Sample("paper width", (n((1, 2, 26)), n((2, 2, 25)), n(2))),
-        Sample("large and small", (n((1, 2, 8)) * 1e6, n((2, 2, 3)) * 1e-6, n(2))),
-    ]
+        Sample("large and small", (n((1, 2, 8)) * 1e6, n((2, 2, 3)) * 1e-6, n(2)))]
 
 
-def conv_bad() -> list[Bad]:
-    return [
-        Bad("x without batch", (X[0], W, B), {}, "x"), Bad("channels", (X, W[:, :3], B), {}, "x"),
-        Bad("bias", (X, W, B[:5]), {}, "b"),
-        Bad("filters of width 0", (X, W[:, :, :0], B), {}, "w"),
-        Bad("no frames", (X[:, :, :0], W, B), {}, "x"),
-        Bad("whole numbers", (X.astype(int), W, B), {}, "x"),
-        Bad("mixed precision", (X.astype(np.float32), W, B), {}, "w"),
-        Bad("stride 0", (X, W, B), {"stride": 0}, "stride"),
-        Bad("same with stride", (X, W, B), {"stride": 2, "padding": "same"}, "padding"),
-        Bad("negative padding", (X, W, B), {"padding": -1}, "padding"),
-        Bad("three paddings", (X, W, B), {"padding": (1, 1, 1)}, "padding"),
-        Bad("unknown padding", (X, W, B), {"padding": "full"}, "padding"),
-        Bad("dilation 0", (X, W, B), {"dilation": 0}, "dilation"),
-        Bad("groups that do not divide", (X, W, B), {"groups": 4}, "w"),
-        Bad("filter too wide", (X, np.zeros((6, 4, 10)), B), {"padding": "valid"}, "x"),
-    ]
+def _bad_conv():
+    return [Bad("x without batch", (X[0], W, B), "x"), Bad("channels", (X, W[:, :3], B), "x"),
+            Bad("bias", (X, W, B[:5]), "b"), Bad("filters of width 0", (X, W[:, :, :0], B), "w"),
+            Bad("no frames", (X[:, :, :0], W, B), "x"),
+            Bad("whole numbers", (X.astype(int), W, B), "x"),
+            Bad("mixed precision", (X.astype(np.float32), W, B), "w"),
+            Bad("stride 0", (X, W, B), "stride", {"stride": 0}),
+            Bad("same with stride", (X, W, B), "padding", {"stride": 2, "padding": "same"}),
+            Bad("negative padding", (X, W, B), "padding", {"padding": -1}),
+            Bad("three paddings", (X, W, B), "padding", {"padding": (1, 1, 1)}),
+            Bad("unknown padding", (X, W, B), "padding", {"padding": "full"}),
+            Bad("dilation 0", (X, W, B), "dilation", {"dilation": 0}),
+            Bad("groups that do not divide", (X, W, B), "w", {"groups": 4}),
+            Bad("filter too wide", (X, np.zeros((6, 4, 10)), B), "x", {"padding": "valid"})]
 
 
-def transpose_samples(rng: np.random.Generator) -> list[Sample]:
-    n = rng.standard_normal
-    return [
-        Sample("plain", (n((2, 4, 9)), n((4, 3, 5)), n(3))),
-        Sample("no bias", (n((2, 4, 9)), n((4, 3, 5)), None)),
-        Sample("valid", (n((2, 4, 6)), n((4, 3, 5)), n(3)), {"padding": "valid"}),
-        Sample("even width", (n((1, 3, 7)), n((3, 2, 4)), n(2))),
-        Sample("one frame", (n((2, 4, 1)), n((4, 3, 5)), n(3))),
-        Sample("wider than the clip", (n((1, 3, 4)), n((3, 2, 11)), n(2))),
-        Sample("asymmetric padding", (n((2, 3, 6)), n((3, 2, 3)), n(2)), {"padding": (0, 2)}),
-        Sample("stride", (n((2, 3, 5)), n((3, 2, 3)), n(2)), {"stride": 2, "padding": 1}),
-        Sample("stride and output padding", (n((2, 3, 5)), n((3, 2, 3)), n(2)),
-               {"stride": 3, "padding": 1, "output_padding": 2}),
-        Sample("dilation", (n((2, 3, 6)), n((3, 2, 3)), n(2)), {"dilation": 2}),
-        Sample("groups", (n((2, 4, 7)), n((4, 3, 3)), n(6)), {"groups": 2}),
-        Sample("everything", (n((2, 6, 5)), n((6, 2, 3)), n(4)),
-               {"stride": 2, "padding": (1, 2), "dilation": 2, "groups": 2, "output_padding": 1}),
-    ]
+def _transpose_samples(rng):
+    return _convolutions(rng, {
+        "plain": ((2, 4, 9), (4, 3, 5), 3, {}), "no bias": ((2, 4, 9), (4, 3, 5), None, {}),
+        "valid": ((2, 4, 6), (4, 3, 5), 3, {"padding": "valid"}),
+        "even width": ((1, 3, 7), (3, 2, 4), 2, {}), "one frame": ((2, 4, 1), (4, 3, 5), 3, {}),
+        "wider than the clip": ((1, 3, 4), (3, 2, 11), 2, {}),
+        "asymmetric padding": ((2, 3, 6), (3, 2, 3), 2, {"padding": (0, 2)}),
+        "stride": ((2, 3, 5), (3, 2, 3), 2, {"stride": 2, "padding": 1}),
+        "stride and output padding": ((2, 3, 5), (3, 2, 3), 2, {"stride": 3, "padding": 1,
+                                                                "output_padding": 2}),
+        "dilation": ((2, 3, 6), (3, 2, 3), 2, {"dilation": 2}),
+        "groups": ((2, 4, 7), (4, 3, 3), 6, {"groups": 2}),
+        "everything": ((2, 6, 5), (6, 2, 3), 4, {"stride": 2, "padding": (1, 2), "dilation": 2,
+                                                 "groups": 2, "output_padding": 1})})
 
 
-def transpose_bad() -> list[Bad]:
+def _bad_transpose():
     H = np.zeros((2, 6, 9))
-    return [Bad("channels", (X, W, None), {}, "h"), Bad("bias", (H, W, B), {}, "b"),
-            Bad("h without batch", (H[0], W, None), {}, "h"),
-            Bad("output padding", (H, W, None), {"output_padding": 1}, "output_padding"),
-            Bad("nothing left", (H[:, :, :1], W, None), {"padding": 2}, "h")]
+    return [Bad("channels", (X, W, None), "h"), Bad("bias", (H, W, B), "b"),
+            Bad("h without batch", (H[0], W, None), "h"),
+            Bad("output padding", (H, W, None), "output_padding", {"output_padding": 1}),
+            Bad("nothing left", (H[:, :, :1], W, None), "h", {"padding": 2})]
 
 
 def distinct(rng: np.random.Generator, *shape: int) -> np.ndarray:
@@ -95,40 +90,34 @@ def distinct(rng: np.random.Generator, *shape: int) -> np.ndarray:
             * rng.choice([-0.5, 0.5], shape) + rng.uniform(-0.1, 0.1, shape))
 
 
-def max_pool_samples(rng: np.random.Generator) -> list[Sample]:
-    tie = {"outputs": (np.array([[[4.0, 4]]]),), "upstream": np.array([[[5.0, 7]]]),
-           "gradients": (np.array([[[5.0, 0, 7, 0]]]),)}
-    nan = {"outputs": (np.array([[[np.nan, 2.0]]]),), "upstream": np.array([[[5.0, 7]]]),
-           "gradients": (np.array([[[0, 5.0, 0, 7]]]),)}
-    lowest = {"outputs": (np.array([[[-np.inf, 3.0]]]),), "upstream": np.array([[[5.0, 7]]]),
-              "gradients": (np.array([[[5.0, 0, 7, 0]]]),)}
-    return [Sample("plain", (distinct(rng, 2, 3, 8),)),
-            Sample("a frame left over", (distinct(rng, 2, 3, 9),)),
-            Sample("one window", (distinct(rng, 1, 1, 2),)),
-            Sample("width three", (distinct(rng, 2, 2, 9), 3)),
-            Sample("overlapping", (distinct(rng, 2, 2, 9), 3), {"stride": 1}),
-            Sample("padding", (distinct(rng, 2, 2, 8), 3), {"padding": 1}),
-            Sample("gaps", (distinct(rng, 2, 2, 9), 2), {"stride": 3}),
-            Sample("dilation", (distinct(rng, 2, 2, 9), 3), {"dilation": 2, "stride": 1}),
-            Sample("ceil mode", (distinct(rng, 2, 2, 9), 2), {"ceil_mode": True}),
-            Sample("ceil mode whose last window would begin in the padding",
-                   (distinct(rng, 1, 2, 5), 2), {"ceil_mode": True, "padding": 1, "stride": 3}),
-            Sample("tie", (np.full((1, 1, 4), 4.0),), smooth=False, known=tie),
-            Sample("NaN", (np.array([[[9.0, np.nan, 1, 2]]]),), smooth=False, known=nan),
-            Sample("minus infinity", (np.array([[[-np.inf, -np.inf, 3, 1]]]),), smooth=False,
-                   known=lowest)]
+def _max_pool_samples(rng):
+    d, nan, inf = distinct, np.nan, np.inf
+    return [Sample("plain", (d(rng, 2, 3, 8),)), Sample("a frame left over", (d(rng, 2, 3, 9),)),
+            Sample("one window", (d(rng, 1, 1, 2),)), Sample("width three", (d(rng, 2, 2, 9), 3)),
+            Sample("overlapping", (d(rng, 2, 2, 9), 3), {"stride": 1}),
+            Sample("padding", (d(rng, 2, 2, 8), 3), {"padding": 1}),
+            Sample("gaps", (d(rng, 2, 2, 9), 2), {"stride": 3}),
+            Sample("dilation", (d(rng, 2, 2, 9), 3), {"dilation": 2, "stride": 1}),
+            Sample("ceil mode", (d(rng, 2, 2, 9), 2), {"ceil_mode": True}),
+            Sample("ceil mode whose last window would begin in the padding", (d(rng, 1, 2, 5), 2),
+                   {"ceil_mode": True, "padding": 1, "stride": 3}),
+            ruled("tie", (np.full((1, 1, 4), 4.0),), [[[4.0, 4]]], [[[5.0, 7]]],
+                  [[[5.0, 0, 7, 0]]]),
+            ruled("NaN", (np.array([[[9.0, nan, 1, 2]]]),), [[[nan, 2.0]]], [[[5.0, 7]]],
+                  [[[0, 5.0, 0, 7]]]),
+            ruled("minus infinity", (np.array([[[-inf, -inf, 3, 1]]]),), [[[-inf, 3.0]]],
+                  [[[5.0, 7]]], [[[5.0, 0, 7, 0]]])]
 
 
-def pool_bad() -> list[Bad]:
-    return [Bad("two dimensions", (X[0],), {}, "x"), Bad("width 0", (X, 0), {}, "width"),
-            Bad("wider than the clip", (X, 10), {}, "x"),
-            Bad("padding above half", (X, 2), {"padding": 2}, "padding"),
-            Bad("stride 0", (X, 2), {"stride": 0}, "stride"),
-            Bad("no frames", (X[:, :, :0],), {}, "x"),
-            Bad("whole numbers", (X.astype(int),), {}, "x")]
+def _bad_pools():
+    return [Bad("two dimensions", (X[0],), "x"), Bad("width 0", (X, 0), "width"),
+            Bad("wider than the clip", (X, 10), "x"),
+            Bad("padding above half", (X, 2), "padding", {"padding": 2}),
+            Bad("stride 0", (X, 2), "stride", {"stride": 0}),
+            Bad("no frames", (X[:, :, :0],), "x"), Bad("whole numbers", (X.astype(int),), "x")]
 
 
-def avg_pool_samples(rng: np.random.Generator) -> list[Sample]:
+def _avg_pool_samples(rng):
     n = rng.standard_normal
     return [Sample("plain", (n((2, 3, 8)),)), Sample("a frame left over", (n((2, 3, 9)), 4)),
             Sample("overlapping", (n((2, 2, 9)), 3), {"stride": 2}),
@@ -142,90 +131,81 @@ def avg_pool_samples(rng: np.random.Generator) -> list[Sample]:
                    {"ceil_mode": True, "padding": 2, "stride": 3, "count_include_pad": False})]
 
 
-def unpool_samples(rng: np.random.Generator) -> list[Sample]:
-    indices = np.stack([np.stack([np.sort(rng.permutation(9)[:4]) for _ in range(3)])
-                        for _ in range(2)])
-    twice = {"outputs": (np.array([[[0, 0, 2.0]]]),), "upstream": np.array([[[1.0, 3, 5]]]),
-             "gradients": (np.array([[[0.0, 5]]]),)}
-    return [Sample("plain", (rng.standard_normal((2, 3, 4)), indices, 9)),
-            Sample("two values for one place", (np.array([[[1.0, 2]]]), np.array([[[2, 2]]]), 3),
-                   smooth=False, known=twice)]
+def _unpool_samples(rng):
+    indices = [[np.sort(rng.permutation(9)[:4]) for _ in range(3)] for _ in range(2)]
+    return [Sample("plain", (rng.standard_normal((2, 3, 4)), np.array(indices), 9)),
+            ruled("two values for one place", (np.array([[[1.0, 2]]]), np.array([[[2, 2]]]), 3),
+                  [[[0, 0, 2.0]]], [[[1.0, 3, 5]]], [[[0.0, 5]]])]
 
 
-def random_depool_samples(rng: np.random.Generator) -> list[Sample]:
-    n = rng.standard_normal
-    strange = {"outputs": (np.array([[[0.0, np.nan, np.inf, 0]]]),),
-               "upstream": np.array([[[1.0, 3, 5, 7]]]), "gradients": (np.array([[[3.0, 5]]]),)}
+def _random_depool_samples(rng):
+    n, nan, inf = rng.standard_normal, np.nan, np.inf
     return [Sample("plain", (n((2, 3, 4)), rng.integers(2, size=(2, 3, 4)))),
             Sample("three", (n((2, 3, 4)), rng.integers(3, size=(2, 3, 4)), 3)),
             Sample("width one", (n((1, 2, 3)), np.zeros((1, 2, 3), int), 1)),
             Sample("one frame", (n((2, 3, 1)), rng.integers(2, size=(2, 3, 1)))),
-            Sample("NaN and infinity", (np.array([[[np.nan, np.inf]]]), np.array([[[1, 0]]])),
-                   smooth=False, known=strange)]
+            ruled("NaN and infinity", (np.array([[[nan, inf]]]), np.array([[[1, 0]]])),
+                  [[[0.0, nan, inf, 0]]], [[[1.0, 3, 5, 7]]], [[[3.0, 5]]])]
 
 
-def random_depool_bad() -> list[Bad]:
+def _bad_random_depool():
     chosen = np.zeros(X.shape, int)
-    return [Bad("a choice beyond the width", (X, chosen + 2), {}, "chosen"),
-            Bad("a negative choice", (X, chosen - 1), {}, "chosen"),
-            Bad("choices of another shape", (X, chosen[:, :, :8]), {}, "chosen"),
-            Bad("one choice for all units", (X, chosen[:, :1]), {}, "chosen"),
-            Bad("choices that are not whole", (X, chosen + 0.5), {}, "chosen"),
-            Bad("width 0", (X, chosen, 0), {}, "width"),
-            Bad("two dimensions", (X[0], chosen[0]), {}, "h")]
+    return [Bad("a choice beyond the width", (X, chosen + 2), "chosen"),
+            Bad("a negative choice", (X, chosen - 1), "chosen"),
+            Bad("choices of another shape", (X, chosen[:, :, :8]), "chosen"),
+            Bad("one choice for all units", (X, chosen[:, :1]), "chosen"),
+            Bad("choices that are not whole", (X, chosen + 0.5), "chosen"),
+            Bad("width 0", (X, chosen, 0), "width"), Bad("two dimensions", (X[0], chosen[0]), "h")]
 
 
-def kink(x: np.ndarray, outputs: Any, upstream: Any, *gradients: Any) -> dict[str, Any]:
-    """A known answer at a kink."""
-    return {"outputs": (np.array(outputs),), "upstream": np.array(upstream),
-            "gradients": tuple(map(np.array, gradients))}
-
-
-def relu_samples(rng: np.random.Generator) -> list[Sample]:
+def _relu_samples(rng):
     x = np.array([[-1.0, 0.0, -0.0, 2.0, np.nan]])
     return [Sample("plain", (distinct(rng, 2, 3, 4),)), Sample("any shape", (distinct(rng, 5),)),
-            Sample("zero and NaN", (x,), smooth=False, known=kink(
-                x, [[0.0, 0, 0, 2, np.nan]], [[3.0, 3, 3, 3, 3]], [[0.0, 0, 0, 3, 0]]))]
+            ruled("zero and NaN", (x,), [[0.0, 0, 0, 2, np.nan]], [[3.0, 3, 3, 3, 3]],
+                  [[0.0, 0, 0, 3, 0]])]
 
 
-def clip_samples(rng: np.random.Generator) -> list[Sample]:
+def _clip_samples(rng):
     n = rng.standard_normal
     return [Sample("plain", (n((2, 3, 5)),)), Sample("one frame", (n((2, 3, 1)),)),
             Sample("one clip one channel", (n((1, 1, 4)),)),
             Sample("large", (n((2, 3, 4)) * 1e3,)), Sample("many frames", (n((1, 4, 60)),))]
 
 
-def norm_samples(rng: np.random.Generator) -> list[Sample]:
-    r = np.zeros((2, 3))
-    return clip_samples(rng) + [Sample("vectors", (rng.standard_normal((4, 2)),)),
-                                Sample("zero", (r,), smooth=False,
-                                       known=kink(r, [0.0, 0.0], [2.0, 3.0], r))]
+def _norm_samples(rng):
+    zero = np.zeros((2, 3))
+    return _clip_samples(rng) + [Sample("vectors", (rng.standard_normal((4, 2)),)),
+                                 ruled("zero", (zero,), [0.0, 0.0], [2.0, 3.0], zero)]
 
 
-def l1_samples(rng: np.random.Generator) -> list[Sample]:
-    a = np.array([-3.0, 0.0, 5.0])
+def _l1_samples(rng):
     return [Sample("plain", (distinct(rng, 2, 3, 4),)),
-            Sample("zero", (a,), smooth=False, known=kink(a, 8.0, 2.0, [-2.0, 0.0, 2.0]))]
+            ruled("zero", (np.array([-3.0, 0.0, 5.0]),), 8.0, 2.0, [-2.0, 0.0, 2.0])]
 
 
-def error_samples(rng: np.random.Generator) -> list[Sample]:
+def _error_samples(rng):
     x = distinct(rng, 2, 3, 4)
     y = x + distinct(rng, 2, 3, 4)
-    return [Sample("mean", (x, y), {"reduction": "mean"}),
-            Sample("sum", (x, y), {"reduction": "sum"}),
-            Sample("none", (x, y), {"reduction": "none"})]
+    return [Sample(form, (x, y), {"reduction": form}) for form in ("mean", "sum", "none")]
 
 
-def absolute_error_samples(rng: np.random.Generator) -> list[Sample]:
-    x = np.array([1.0, 2.0])
-    zero = kink(x, 2.0, 1.0, [0.0, 1.0], [0.0, -1.0])
-    return error_samples(rng) + [Sample("equal elements", (x, np.array([1.0, 0.0])),
-                                        {"reduction": "sum"}, smooth=False, known=zero)]
+def _absolute_error_samples(rng):
+    x, y = np.array([1.0, 2.0]), np.array([1.0, 0.0])
+    return _error_samples(rng) + [ruled("equal elements", (x, y), 2.0, 1.0, [0.0, 1.0],
+                                        [0.0, -1.0], attributes={"reduction": "sum"})]
 
 
-def error_bad() -> list[Bad]:
-    return [Bad("shapes", (X, X[:1]), {}, "y"),
-            Bad("reduction", (X, X), {"reduction": "max"}, "reduction")]
+def _bad_errors():
+    return [Bad("shapes", (X, X[:1]), "y"),
+            Bad("reduction", (X, X), "reduction", {"reduction": "max"})]
+
+
+def adam_of_one_array(p: np.ndarray, g: np.ndarray, m: np.ndarray, v: np.ndarray, *, t: int,
+                      **settings: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """`nn.adam_step` for one array whose moments before the step are m and v.   ->  p, m, v"""
+    before: dict[str, Any] = {"t": t - 1, "m": {"p": m}, "v": {"p": v}}
+    new, state = nn.adam_step({"p": p}, {"p": g}, before, **settings)
+    return new["p"], state["m"]["p"], state["v"]["p"]
 
 
 def adam_step(p: np.ndarray, g: np.ndarray, m: np.ndarray, v: np.ndarray, *, t: int,
@@ -237,19 +217,10 @@ def adam_step(p: np.ndarray, g: np.ndarray, m: np.ndarray, v: np.ndarray, *, t: 
     p, g, m, v : one shape  ->  p, m, v of that shape
     """
     check_whole("t", t, 1, STEPS)
-    new, state = nn.adam_step({"p": p}, {"p": g}, {"t": t - 1, "m": {"p": m}, "v": {"p": v}},
-                              rate=rate, beta1=beta1, beta2=beta2, epsilon=epsilon)
-    return new["p"], state["m"]["p"], state["v"]["p"]
+    return adam_of_one_array(p, g, m, v, t=t, rate=rate, beta1=beta1, beta2=beta2, epsilon=epsilon)
 
 
-def adam_definition(p: np.ndarray, g: np.ndarray, m: np.ndarray, v: np.ndarray, *, t: int,
-                    rate: float = 1e-3, beta1: float = 0.9, beta2: float = 0.999,
-                    epsilon: float = 1e-8) -> tuple[np.ndarray, ...]:
-    return by_definition.adam(p, g, m, v, t=t, rate=rate, beta1=beta1, beta2=beta2,
-                              epsilon=epsilon)
-
-
-def adam_samples(rng: np.random.Generator) -> list[Sample]:
+def _adam_samples(rng):
     n = rng.standard_normal
     mixed = n(6) * 10.0 ** np.array([-9, -8, -4, 0, 3, 6])
     return [Sample("first step", (n(5), n(5), np.zeros(5), np.zeros(5)), {"t": 1}),
@@ -261,45 +232,40 @@ def adam_samples(rng: np.random.Generator) -> list[Sample]:
                    {"t": 3, "rate": 0.1, "beta1": 0.5, "beta2": 0.9, "epsilon": 1e-3})]
 
 
-def adam_bad() -> list[Bad]:
+def _bad_adam():
     arrays = (np.ones(3), np.ones(3), np.zeros(3), np.zeros(3))
-    return [Bad(label, arrays, {"t": t}, "t") for label, t in (
-        ("the step before the first", 0), ("half a step", 0.5),
-        ("more steps than can be counted", 10 ** 400))]
+    steps = {"the step before the first": 0, "half a step": 0.5,
+             "more steps than can be counted": 10 ** 400}
+    return [Bad(label, arrays, "t", {"t": t}) for label, t in steps.items()]
 
 
-def _simple(name, arguments, samples, bad=list, equation="", batched=(0,)):
-    return Operation(name, arguments, getattr(nn, name), getattr(nn, f"{name}_backward", None),
-                     getattr(by_definition, name), samples, bad, batched, equation=equation)
+def _one(f, arguments, samples, bad=list, equation="", **rest):
+    return operation(f, arguments, definitions, samples, bad, equation, **rest)
 
 
 OPERATIONS = (
-    _simple("conv1d", ("x", "w", "b"), conv_samples, conv_bad, "the * of equations 1 and 2"),
-    _simple("conv_transpose1d", ("h", "w", "b"), transpose_samples, transpose_bad, "equation 2"),
-    _simple("max_pool1d", ("x", "width"), max_pool_samples, pool_bad, "equation 1"),
-    _simple("max_pool1d_indices", ("x", "width"), max_pool_samples, pool_bad),
-    _simple("max_unpool1d", ("h", "indices", "length"), unpool_samples,
-            lambda: [Bad("index too large", (X, np.full(X.shape, 9), 9), {}, "indices")],
-            batched=(0, 1)),
-    _simple("avg_pool1d", ("x", "width"), avg_pool_samples, pool_bad),
-    _simple("avg_depool1d", ("h", "width"),
-            lambda rng: [Sample("plain", (rng.standard_normal((2, 3, 4)),)),
-                         Sample("three", (rng.standard_normal((2, 3, 4)), 3))],
-            lambda: [Bad("width 0", (X, 0), {}, "width"), Bad("two dimensions", (X[0],), {}, "h")],
-            "equation 2"),
-    _simple("random_depool1d", ("h", "chosen", "width"), random_depool_samples, random_depool_bad,
-            "equation 2, as the 2016 code learns", (0, 1)),
-    _simple("relu", ("x",), relu_samples,
-            lambda: [Bad("whole numbers", (np.zeros(3, int),), {}, "x")], "equation 1"),
-    _simple("gram", ("h",), clip_samples, lambda: [Bad("two dimensions", (X[0],), {}, "h")],
-            "equation 6"),
-    _simple("sum_squares", ("r",), clip_samples,
-            lambda: [Bad("a scalar", (np.float64(1),), {}, "r")]),
-    _simple("mean_squares", ("r",), clip_samples),
-    _simple("norm", ("r",), norm_samples, equation="the || || of equations 4 and 5"),
-    _simple("l1", ("a",), l1_samples, equation="equation 3", batched=()),
-    _simple("squared_error", ("x", "y"), error_samples, error_bad, "equation 3", ()),
-    _simple("absolute_error", ("x", "y"), absolute_error_samples, error_bad, batched=()),
-    Operation("adam_step", ("p", "g", "m", "v"), adam_step, None, adam_definition, adam_samples,
-              adam_bad, (), equation="Kingma and Ba, algorithm 1"),
-)
+    _one(nn.conv1d, "x w b", _conv_samples, _bad_conv, "the * of equations 1 and 2"),
+    _one(nn.conv_transpose1d, "h w b", _transpose_samples, _bad_transpose, "equation 2"),
+    _one(nn.max_pool1d, "x width", _max_pool_samples, _bad_pools, "equation 1"),
+    _one(nn.max_pool1d_indices, "x width", _max_pool_samples, _bad_pools),
+    _one(nn.max_unpool1d, "h indices length", _unpool_samples,
+         lambda: [Bad("index too large", (X, np.full(X.shape, 9), 9), "indices")],
+         batched=(0, 1)),
+    _one(nn.avg_pool1d, "x width", _avg_pool_samples, _bad_pools),
+    _one(nn.avg_depool1d, "h width",
+         lambda rng: [Sample("plain", (rng.standard_normal((2, 3, 4)),)),
+                      Sample("three", (rng.standard_normal((2, 3, 4)), 3))],
+         lambda: [Bad("width 0", (X, 0), "width"), Bad("two dimensions", (X[0],), "h")],
+         "equation 2"),
+    _one(nn.random_depool1d, "h chosen width", _random_depool_samples, _bad_random_depool,
+         "equation 2, as the 2016 code learns", batched=(0, 1)),
+    _one(nn.relu, "x", _relu_samples,
+         lambda: [Bad("whole numbers", (np.zeros(3, int),), "x")], "equation 1"),
+    _one(nn.gram, "h", _clip_samples, lambda: [Bad("two dimensions", (X[0],), "h")], "equation 6"),
+    _one(nn.sum_squares, "r", _clip_samples, lambda: [Bad("a scalar", (np.float64(1),), "r")]),
+    _one(nn.mean_squares, "r", _clip_samples),
+    _one(nn.norm, "r", _norm_samples, equation="the || || of equations 4 and 5"),
+    _one(nn.l1, "a", _l1_samples, equation="equation 3", batched=()),
+    _one(nn.squared_error, "x y", _error_samples, _bad_errors, "equation 3", batched=()),
+    _one(nn.absolute_error, "x y", _absolute_error_samples, _bad_errors, batched=()),
+    _one(adam_step, "p g m v", _adam_samples, _bad_adam, "Kingma and Ba, algorithm 1", batched=()))

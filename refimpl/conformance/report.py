@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 from xml.etree import ElementTree
 
+from ..gradcheck.report import columns
 from ..storage import atomic_write
 from .judge import GRADES
 
@@ -26,7 +27,7 @@ def table(outcomes: Sequence[Any]) -> list[str]:
                    if o.status == "passed" and o.case.precision == "float64"]
         rows.append([name, *(str(grades[g]) for g in shown), *(str(statuses[s]) for s in expected),
                      f"{max(precise):.1e}" if precise else "-"])
-    return _columns(rows)
+    return columns(rows)
 
 
 def proof_table(proofs: Sequence[Any]) -> list[str]:
@@ -40,7 +41,7 @@ def proof_table(proofs: Sequence[Any]) -> list[str]:
              for key in ("values", "gradients", "contracts", "cases")]
     rows.append(["all", *map(str, total), str(sum(len(p.failures) for p in proofs)),
                  f"{max(p.difference for p in proofs):.1e}"])
-    return _columns(rows)
+    return columns(rows)
 
 
 def failures(outcomes: Sequence[Any], most: int = 10) -> list[str]:
@@ -86,13 +87,14 @@ def misspelt(backend: Any) -> list[str]:
 
 
 def last_line(outcomes: Sequence[Any], verdict: str) -> str:
-    """How it ended, with the counts.   ->  str"""
+    """How it ended, with the counts."""
     grades = Counter(o.grade for o in outcomes)
     counted = ", ".join(f"{grades[g]} {g}" for g in GRADES if grades[g])
     return f"verdict: {verdict} ({counted or 'no case'})"
 
 
 def counts(outcomes: Sequence[Any]) -> dict[str, int]:
+    """{status: how many outcomes have it}"""
     return {status: sum(o.status == status for o in outcomes) for status in STATUSES}
 
 
@@ -101,7 +103,7 @@ def row(outcome: Any) -> dict[str, Any]:
     o = outcome
     return {"operation": o.case.operation.name, "case": o.case.id, "function": o.case.function,
             "dtype": o.case.precision, "grade": o.grade, "convention": o.rival,
-            "found": _number(o.found), "needed": _number(o.needed), "status": o.status,
+            "found": _number(o.found), "needed": _number(o.expected), "status": o.status,
             "difference": _number(o.difference), "message": o.message}
 
 
@@ -131,12 +133,6 @@ def write_junit(path: Any, backend: Any, outcomes: Sequence[Any],
         ElementTree.SubElement(element, "failure", message=_printable(complaint))
     with atomic_write(path, "wb") as file:
         ElementTree.ElementTree(suite).write(file, encoding="utf-8", xml_declaration=True)
-
-
-def _columns(rows):
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return ["  ".join(cell.ljust(w) if i == 0 else cell.rjust(w)
-                      for i, (cell, w) in enumerate(zip(row, widths))) for row in rows]
 
 
 def _number(value):

@@ -1,11 +1,15 @@
 """Conventions of others for the system of 2006, as `rivals` has them for the rest."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
-from . import definitions_models as models, operations_torresani as ours
+from ..motion import rotation
+from . import definitions_learning as learning, functions_torresani as ours
 
 
-def along_p_first(X, Y):
+def along_p_first(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     """Of equal ways the step in the first sequence before the diagonal one, as many a textbook has
     it.
     """
@@ -22,33 +26,34 @@ def along_p_first(X, Y):
     return np.array(path[::-1])
 
 
-def exchanged(X, Y, root_X, root_Y, path, *, alpha, smooth=6.0, up="y"):
+def exchanged(*arrays: np.ndarray, alpha: float, **how: Any) -> tuple[np.ndarray, np.ndarray]:
     """alpha = 0 gives the second sequence, as section 8 prints it."""
-    return ours.space_time_interpolation(X, Y, root_X, root_Y, path, alpha=1 - alpha, smooth=smooth,
-                                         up=up)
+    return ours.space_time_interpolation(*arrays, alpha=1 - alpha, **how)
 
 
-def width_for_gamma(A, B, *, gamma):
+def width_for_gamma(A: np.ndarray, B: np.ndarray, *, gamma: float) -> np.ndarray:
     """exp( -d^2 / (2 gamma^2) ): gamma taken for the Gaussian's width."""
     return ours.gaussian_kernel(A, B, gamma=1 / (2 * gamma ** 2))
 
 
-def not_squared(A, B, *, gamma):
+def not_squared(A: np.ndarray, B: np.ndarray, *, gamma: float) -> np.ndarray:
     """exp( -gamma d ), the Laplacian kernel."""
     return np.exp(-gamma * np.linalg.norm(A[:, None] - B, axis=-1))
 
 
-def ridge_of_the_mean(function):
+def ridge_of_the_mean(function: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
     """lambda times the number of examples, where the squared error is a mean."""
     return lambda Z, Y, *, ridge: function(Z, Y, ridge=ridge * len(Z))
 
 
-def without_offset(K, y, K_new, *, C, epsilon):
-    return models.support_vector_regression(K, y, K_new, C=C, epsilon=epsilon,
-                                            solve=models.support_vectors_without_bias)
+def without_offset(*arrays: np.ndarray, C: float, epsilon: float) -> tuple[Any, np.ndarray]:
+    """A machine without the offset b."""
+    return learning.support_vector_regression(*arrays, C=C, epsilon=epsilon,
+                                              solve=learning.support_vectors_without_bias)
 
 
-def printed_interpolation(Z, Y, new, *, kind, **options):
+def printed_interpolation(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
+                          **options: Any) -> np.ndarray:
     """alpha e_i + (1 - alpha) e_j, as section 8 prints it."""
     if kind != "linear interpolation":
         return ours.predicted_style(Z, Y, new, kind=kind, **options)
@@ -57,31 +62,36 @@ def printed_interpolation(Z, Y, new, *, kind, **options):
     return ours.predicted_style(Z, Y, turned, kind=kind)
 
 
-def central_differences(positions, *, fps):
+def central_differences(positions: np.ndarray, *, fps: float) -> np.ndarray:
+    """Measures of effort by central differences, as np.gradient takes them."""
     velocity = np.gradient(positions, axis=0) * fps
     acceleration = np.gradient(velocity, axis=0) * fps
     jerk = np.gradient(acceleration, axis=0) * fps
-    return np.array([
-        0.5 * np.sum(velocity**2, axis=(1, 2)).max(),
-        *(np.linalg.norm(x, axis=-1).mean() for x in (velocity, acceleration, jerk))])
+    return np.array([0.5 * np.sum(velocity ** 2, axis=(1, 2)).max(),
+                     *(np.linalg.norm(x, axis=-1).mean() for x in (velocity, acceleration, jerk))])
 
 
-RIVALS = {
+def other_hand(matrices: np.ndarray) -> np.ndarray:
+    """Rotations of the other hand, as of row vectors: the matrices transposed."""
+    return np.ascontiguousarray(matrices.swapaxes(-1, -2))
+
+
+RIVALS: dict[str, list[tuple[str, Callable[..., Any]]]] = {
     "dtw_path": [("of equal ways the step in the first sequence", along_p_first)],
     "space_time_interpolation": [
         ("alpha = 0 giving the second sequence, as section 8 prints", exchanged)],
     "gaussian_kernel": [
         ("gamma taken for the Gaussian's width", width_for_gamma),
-        ("the distance not squared", not_squared)], "linear_ridge": [
-            ("lambda times the number of examples", ridge_of_the_mean(ours.linear_ridge))],
-    "kernel_ridge": [("lambda times the number of examples", ridge_of_the_mean(ours.kernel_ridge))],
-    "support_vector_regression": [
-        ("a machine without the offset b", without_offset)], "predicted_style": [
-            ("alpha e_i + (1 - alpha) e_j, as section 8 prints",
-             printed_interpolation)], "exponential_map": [
-                 ("rotations of the other hand (row vectors)",
-                  lambda v: np.ascontiguousarray(ours.rotation.exp_map(v).swapaxes(-1, -2)))
-             ], "rotation_vector": [
-                 ("rotations of the other hand (row vectors)",
-                  lambda R: ours.rotation.log_map(np.ascontiguousarray(R.swapaxes(-1, -2))))],
-    "effort_measures": [("central differences, as np.gradient takes them", central_differences)], }
+        ("the distance not squared", not_squared)],
+    "linear_ridge": [
+        ("lambda times the number of examples", ridge_of_the_mean(ours.linear_ridge))],
+    "kernel_ridge": [
+        ("lambda times the number of examples", ridge_of_the_mean(ours.kernel_ridge))],
+    "support_vector_regression": [("a machine without the offset b", without_offset)],
+    "predicted_style": [
+        ("alpha e_i + (1 - alpha) e_j, as section 8 prints", printed_interpolation)],
+    "exponential_map": [
+        ("rotations of the other hand (row vectors)", lambda v: other_hand(rotation.exp_map(v)))],
+    "rotation_vector": [
+        ("rotations of the other hand (row vectors)", lambda R: rotation.log_map(other_hand(R)))],
+    "effort_measures": [("central differences, as np.gradient takes them", central_differences)]}

@@ -2,7 +2,9 @@
 
 - `gradient`: `check_gradient` of all elements, `check_direction` along one line, `check_kink`.
 - `derivative`: three ways to measure a derivative without knowing how it was derived.
-- `contract`: what every backward keeps besides being right.   `errors`: what a failed check says.
+- `contract`: what every backward keeps besides being right.
+- `difference`: how far two arrays are apart.
+- `report`, `errors`: what a check says.
 
 Nothing here knows an operation or a motion; any function of arrays can be checked.
 """

@@ -1,54 +1,68 @@
 r"""Three ways to measure a derivative without knowing how it was derived.
 
-All of them walk through a function's inputs in a straight line, `along(h) = f(x_0 + h v_0, x_1 + h
-v_1, ...)`, and measure, for an upstream gradient dy of the shape of the output,
+All of them walk through a function's inputs in a straight line,
 
-    d/dh sum(dy * along(h))  at h = 0      =      sum over inputs <gradient_i, v_i>   if the gradients are right.
+    along(h) = f(x_0 + h v_0, x_1 + h v_1, ...)
 
-One number is measured, whatever the size of f: one random line checks all elements of all inputs
-together.
+and measure, for an upstream gradient dy of the shape of the output,
+
+    d/dh sum(dy * along(h)) at h = 0
+
+which is the sum of <gradient_i, v_i> over the inputs if the gradients are right. One number is
+measured, whatever the size of f: one random line checks all elements of all inputs together.
 """
 
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 import warnings
 
 import numpy as np
 
+Line = Callable[[Any], np.ndarray]
+
 COMPLEX_STEP = 1e-30
-# of the central differences: 4e-3 ... 1e-6
-STEPS = 4e-3 * 4.0 ** -np.arange(7)
-# where a kink lies within the larger ones
-CLOSE_STEPS = STEPS[-1] * 4.0 ** -np.arange(4)
+STEPS = 4e-3 * 4.0 ** -np.arange(7)              # of the central differences: 4e-3 ... 1e-6
+CLOSE_STEPS = STEPS[-1] * 4.0 ** -np.arange(4)   # where a kink lies within the larger ones
 
 
-def line(f, inputs, directions):
+def line(f: Callable[..., Any], inputs: Sequence[Any],
+         directions: Mapping[int, np.ndarray]) -> Line:
     """The straight line through the inputs in directions {i: v_i}; inputs that are not named stay.
     ->  along(h)
+
+    >>> along = line(np.multiply, (np.array([1.0, 2.0]), 3.0), {0: np.array([1.0, 0.0])})
+    >>> along(0.5).tolist()
+    [4.5, 6.0]
     """
-    def along(h):
+    def _along(h):
         return f(*(x + h * directions[i] if i in directions else x for i, x in enumerate(inputs)))
-    return along
+    return _along
 
 
-def complex_step(along, dy):
-    r"""For an analytic function a step in the imaginary direction. No difference is taken, so
-    nothing cancels and h may be tiny:
+def complex_step(along: Line, dy: np.ndarray) -> float | None:
+    r"""The derivative of an analytic function by a step in the imaginary direction. No difference
+    is taken, so nothing cancels and h may be tiny:
 
-        along(i h) = along(0) + i h along'(0) - h^2 / 2 along''(0) - ...   hence   along'(0) = Im along(i h) / h + O(h^2)
+        along(i h) = along(0) + i h along'(0) - h^2 / 2 along''(0) - ...
+
+    hence  along'(0) = Im along(i h) / h + O(h^2).
 
     ->  derivative, or None where the function does not take complex numbers or does not keep them
+
+    >>> complex_step(lambda h: np.exp(h), np.ones(()))
+    1.0
     """
     with warnings.catch_warnings():
-        # NumPy only warns when it drops an imaginary part
-        warnings.simplefilter("error")
+        warnings.simplefilter("error")           # NumPy only warns when it drops an imaginary part
         try:
             y = along(1j * COMPLEX_STEP)
-        # whatever it is: this function is for real numbers
-        except Exception:
+        except Exception:                        # whatever it is: this function is for real numbers
             return None
     return float(np.sum(dy * (np.imag(y) / COMPLEX_STEP))) if np.iscomplexobj(y) else None
 
 
-def extrapolate(along, dy, steps=STEPS):
+def extrapolate(along: Line, dy: np.ndarray,
+                steps: Sequence[float] | np.ndarray = STEPS) -> tuple[float, float]:
     r"""Central differences, which err by h^2, h^4, ..., extrapolated to h = 0 (Richardson; Ridders'
     choice of the best):
 
@@ -57,57 +71,77 @@ def extrapolate(along, dy, steps=STEPS):
 
     Large steps meet kinks and curvature, small ones rounding: the entry that differs least from its
     neighbours is taken.
+
     steps : falling by a factor of 4
-    ->  derivative, and that difference as a measure of its error, at least the rounding of f over h
+    ->  derivative, and that difference as an estimate of its error, at least the rounding of f
+    over h
+
+    >>> slope, error = extrapolate(lambda h: np.exp(h), np.ones(()))
+    >>> abs(slope - 1) < 1e-12, error < 1e-11
+    (True, True)
     """
     rounding = np.finfo(float).eps * float(np.sum(np.abs(dy * along(0.0))))
-    best, error, previous = np.nan, np.inf, []
+    best, error = np.nan, np.inf
+    previous: list[float] = []
     for h in steps:
         # output by output: a difference of sums would cost digits
         row = [float(np.sum(dy * (along(h) - along(-h)))) / (2 * h)]
         for k, coarser in enumerate(previous, start=1):
             row.append(row[-1] + (row[-1] - coarser) / (16.0 ** k - 1))
-            doubt = max(abs(row[-1] - row[-2]), abs(row[-1] - coarser), rounding / h)
-            if doubt <= error:
-                best, error = row[-1], doubt
+            estimate = max(abs(row[-1] - row[-2]), abs(row[-1] - coarser), rounding / h)
+            if estimate <= error:
+                best, error = row[-1], estimate
         previous = row
-    return best, error
+    return float(best), float(error)
 
 
-def is_analytic(along, dy, tolerance=1e-6):
+def is_analytic(along: Line, dy: np.ndarray, tolerance: float = 1e-6) -> bool:
     r"""Whether the complex step is to be trusted: a function may keep complex numbers and yet not
     be analytic.
 
-    |x|, conjugates and comparisons break the Cauchy-Riemann equations; then the two derivatives along a random line differ.
+    |x|, conjugates and comparisons break the Cauchy-Riemann equations; then the two derivatives
+    along a random line differ.
+
+    >>> is_analytic(lambda h: (2.0 + h) ** 2, np.ones(()))
+    True
+    >>> is_analytic(lambda h: np.conj(2.0 + h), np.ones(()))
+    False
     """
     imaginary = complex_step(along, dy)
     if imaginary is None or not np.isfinite(imaginary):
         return False
-    real, doubt = extrapolate(along, dy)
-    return abs(real - imaginary) <= tolerance * max(abs(real), abs(imaginary)) + 10 * doubt
+    real, error = extrapolate(along, dy)
+    return abs(real - imaginary) <= tolerance * max(abs(real), abs(imaginary)) + 10 * error
 
 
-def one_sided(along, dy, h=1e-7):
-    """The derivatives to the left and to the right. Their error is of first order, so that 2 d(h /
-    2) - d(h) removes most of it.
+def one_sided(along: Line, dy: np.ndarray, h: float = 1e-7) -> tuple[float, float]:
+    """The derivatives to the left and to the right. Their error is of first order, so that
+    2 d(h / 2) - d(h) removes most of it.
+
+    >>> [round(slope, 6) for slope in one_sided(np.abs, np.ones(()))]
+    [-1.0, 1.0]
     """
     here = along(0.0)
 
-    def slope(h):
+    def _slope(h):
         return float(np.sum(dy * (along(h) - here))) / h
-    return 2 * slope(-h / 2) - slope(-h), 2 * slope(h / 2) - slope(h)
+    return 2 * _slope(-h / 2) - _slope(-h), 2 * _slope(h / 2) - _slope(h)
 
 
-def remainder_slope(along, dy, derivative, steps=(1e-3, 5e-4, 2.5e-4, 1.25e-4)):
+def remainder_slope(along: Line, dy: np.ndarray, derivative: float,
+                    steps: Sequence[float] = (1e-3, 5e-4, 2.5e-4, 1.25e-4)) -> float | None:
     r"""The power of h with which Taylor's remainder  along(h) - along(0) - h derivative  falls: 2
     if the derivative is right, 1 if not.
 
     ->  power, or None where it cannot be told: rounding or a kink hides it, or the function is
     linear
+
+    >>> [round(remainder_slope(np.exp, np.ones(()), slope)) for slope in (1.0, 1.1)]
+    [2, 1]
     """
     here = along(0.0)
-    remainders = np.array([
-        abs(float(np.sum(dy * (along(h) - here))) - h * derivative) for h in steps])
+    remainders = np.array([abs(float(np.sum(dy * (along(h) - here))) - h * derivative)
+                           for h in steps])
     rounding = 1e-13 * (float(np.sum(np.abs(dy * here))) + abs(derivative) * steps[0])
     if not remainders.min() > 100 * rounding:
         return None

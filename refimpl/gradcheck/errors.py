@@ -1,5 +1,7 @@
 """What a failed check says."""
 
+from typing import Any
+
 
 class GradientError(AssertionError):
     """A gradient, or the function that claims it, is wrong; the message says where, what was found
@@ -7,6 +9,12 @@ class GradientError(AssertionError):
     """
 
 
-def describe(found, needed, tolerance):
-    """ "found 1.25, needed 1.5 (difference 0.25, allowed 1e-12)" """
-    return f"found {float(found):.17g}, needed {float(needed):.17g} (difference {abs(float(found) - float(needed)):.3g}, allowed {tolerance:.3g})"
+def describe(found: Any, expected: Any, tolerance: float) -> str:
+    """Two numbers and how far they may be apart, in words.
+
+    >>> describe(1.25, 1.5, 1e-12)
+    'found 1.25, needed 1.5 (difference 0.25, allowed 1e-12)'
+    """
+    found, expected = float(found), float(expected)
+    return (f"found {found:.17g}, needed {expected:.17g} (difference {abs(found - expected):.3g}, "
+            f"allowed {tolerance:.3g})")

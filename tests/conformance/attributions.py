@@ -5,7 +5,7 @@ import sys
 import numpy as np
 
 from refimpl.conformance import cases, judge_all, reference
-from refimpl.conformance.record import as_tuple
+from refimpl.conformance.specification import as_tuple
 from refimpl.conformance.rivals import RIVALS
 
 GOOD = reference().functions

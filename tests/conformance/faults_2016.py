@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from refimpl.conformance import operations_2016 as ours
+from refimpl.conformance import functions_2016 as ours
 from refimpl.conformance import rivals_2016 as rivals
 from refimpl.holden2016 import losses
 from refimpl.holden2016.rows import CONTACTS, REFERENCE, TURN, VELOCITY

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from refimpl.conformance import operations_torresani as ours
+from refimpl.conformance import functions_torresani as ours
 from refimpl.conformance import rivals_torresani as rivals
-from refimpl.torresani2006 import align
+from refimpl.motion import rotation
+from refimpl.torresani2006 import align, observe
 
 
 def first_frames_forgotten(X, Y):
@@ -61,12 +62,12 @@ def not_standardised(Z, Y, new, *, kind, **options):
 
 def jumping(R, reference):
     """The shortest rotation vector of each frame: a jump beyond half a turn."""
-    return ours.rotation.log_map(reference.swapaxes(-1, -2) @ R).reshape(len(R), -1)
+    return rotation.log_map(reference.swapaxes(-1, -2) @ R).reshape(len(R), -1)
 
 
 def samples_alone(coefficients, *, samples=13, tolerance=1e-6):
     grid = np.linspace(-0.25, 1.25, samples)
-    errors = np.array([ours._polynomials(coefficients)(np.full(len(coefficients), a)) for a in grid])
+    errors = np.array([ours.polynomials(coefficients)(np.full(len(coefficients), a)) for a in grid])
     return grid[errors.argmin(axis=0)]
 
 
@@ -101,10 +102,10 @@ FAULTS = (
     ("2006: alpha from the samples alone", "best_alpha", samples_alone),
     ("2006: alpha from the search alone", "best_alpha", search_alone),
     ("2006: the search's left end", "golden_section", lambda c, low, high, *, tolerance=1e-6: ours.golden_section(c, low, high, tolerance=tolerance) - 1e-3),
-    ("2006: rotations of the other hand", "exponential_map", lambda v: np.ascontiguousarray(ours.rotation.exp_map(v).swapaxes(-1, -2))),
-    ("2006: rotation vectors in degrees", "rotation_vector", lambda R: np.degrees(ours.rotation.log_map(R))),
+    ("2006: rotations of the other hand", "exponential_map", lambda v: np.ascontiguousarray(rotation.exp_map(v).swapaxes(-1, -2))),
+    ("2006: rotation vectors in degrees", "rotation_vector", lambda R: np.degrees(rotation.log_map(R))),
     ("2006: rotation vectors that jump", "continuous_exponential_maps", jumping),
-    ("2006: jerk by the wrong power of the frame rate", "effort_measures", lambda p, *, fps: ours.observe.measures(p, fps) * [1, 1, 1, 1 / fps]),
-    ("2006: mean energy for the largest", "effort_measures", lambda p, *, fps: ours.observe.measures(p, fps) * [0.9, 1, 1, 1]),
+    ("2006: jerk by the wrong power of the frame rate", "effort_measures", lambda p, *, fps: observe.measures(p, fps) * [1, 1, 1, 1 / fps]),
+    ("2006: mean energy for the largest", "effort_measures", lambda p, *, fps: observe.measures(p, fps) * [0.9, 1, 1, 1]),
     ("2006: central differences", "effort_measures", rivals.central_differences),
 )

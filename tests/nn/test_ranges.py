@@ -132,7 +132,7 @@ def test_whole_numbers_beyond_every_index_are_refused_by_name(value):
 @pytest.mark.parametrize("width", [3, 9])
 @np.errstate(invalid="ignore")
 def test_one_rule_for_infinite_filters_at_the_border(bad, width):
-    from refimpl.conformance import definitions
+    from refimpl.conformance import definitions_nn as definitions
     x, w = np.arange(1.0, 13.0)[None, None], np.ones((1, 1, width))
     w[0, 0, 0] = bad
     forms = [f(x, w, np.zeros(1)) for f in (nn.conv1d, tiled.conv1d, plain.conv1d, definitions.conv1d)]

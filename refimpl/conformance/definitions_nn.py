@@ -11,20 +11,29 @@ from typing import Any
 
 import numpy as np
 
+Padding = str | int | tuple[int, int]
 
-def pads(padding: str | int | tuple, K: int, dilation: int) -> tuple[int, int]:
-    """Zeros on the left and on the right."""
-    if padding == "valid":
-        return 0, 0
-    if padding == "same":
-        zeros = dilation * (K - 1)
+
+def pads(padding: Padding, K: int, dilation: int) -> tuple[int, int]:
+    """Zeros on the left and on the right.
+
+    >>> pads("same", K=4, dilation=1)
+    (1, 2)
+    """
+    if isinstance(padding, str):
+        zeros = dilation * (K - 1) if padding == "same" else 0
         return zeros // 2, zeros - zeros // 2
-    return (padding, padding) if isinstance(padding, int) else tuple(padding)
+    return (padding, padding) if isinstance(padding, int) else padding
 
 
 def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride: int = 1,
-           padding: str | int | tuple = "same", dilation: int = 1, groups: int = 1) -> np.ndarray:
-    (N, C, T), (O, Cg, K) = x.shape, w.shape
+           padding: Padding = "same", dilation: int = 1, groups: int = 1) -> np.ndarray:
+    """`nn.conv1d`: each output element as a sum over channels and taps.
+
+    >>> conv1d(np.array([[[1.0, 2.0, 3.0]]]), np.array([[[1.0, 0.0, -1.0]]])).tolist()
+    [[[-2.0, -2.0, 2.0]]]
+    """
+    (N, _, T), (O, Cg, K) = x.shape, w.shape
     left, right = pads(padding, K, dilation)
     T_out = len([t for t in range(0, T + left + right, stride)
                  if t + dilation * (K - 1) < T + left + right])
@@ -32,39 +41,43 @@ def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride:
     strange = not np.isfinite(w).all()
     for n, o, t in np.ndindex(y.shape):
         first = o // (O // groups) * Cg
-        for c in range(Cg):
-            for k in range(K):
-                s = t * stride + k * dilation - left
-                if 0 <= s < T:
-                    y[n, o, t] += w[o, c, k] * x[n, first + c, s]
-                elif strange:                                    # 0 times infinity is NaN
-                    y[n, o, t] += w[o, c, k] * 0.0
+        for c, k in np.ndindex(Cg, K):
+            s = t * stride + k * dilation - left
+            if 0 <= s < T:
+                y[n, o, t] += w[o, c, k] * x[n, first + c, s]
+            elif strange:                                        # 0 times infinity is NaN
+                y[n, o, t] += w[o, c, k] * 0.0
         if b is not None:
             y[n, o, t] += b[o]
     return y
 
 
 def conv_transpose1d(h: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride: int = 1,
-                     padding: str | int | tuple = "same", output_padding: int = 0,
-                     dilation: int = 1, groups: int = 1) -> np.ndarray:
+                     padding: Padding = "same", output_padding: int = 0, dilation: int = 1,
+                     groups: int = 1) -> np.ndarray:
+    """`nn.conv_transpose1d`: each input element is spread by each of its taps."""
     (N, O, T), (_, Cg, K) = h.shape, w.shape
     left, right = pads(padding, K, dilation)
     length = (T - 1) * stride + dilation * (K - 1) + 1 - left - right + output_padding
     x = np.zeros((N, Cg * groups, length), np.result_type(h, w, *([] if b is None else [b])))
     for n, o, t in np.ndindex(h.shape):
         first = o // (O // groups) * Cg
-        for c in range(Cg):
-            for k in range(K):
-                s = t * stride + k * dilation - left
-                if 0 <= s < length:
-                    x[n, first + c, s] += w[o, c, k] * h[n, o, t]
+        for c, k in np.ndindex(Cg, K):
+            s = t * stride + k * dilation - left
+            if 0 <= s < length:
+                x[n, first + c, s] += w[o, c, k] * h[n, o, t]
     return x if b is None else x + b[None, :, None]
 
 
-def window_positions(T: int, width: int, stride: int | None, padding: int, dilation: int,
-                     ceil_mode: bool) -> list[list[int]]:
-    """Lists of positions, one a window, some outside 0 .. T - 1."""
-    stride, found, first = stride or width, [], -padding
+def window_positions(T: int, width: int, *, stride: int | None = None, padding: int = 0,
+                     dilation: int = 1, ceil_mode: bool = False) -> list[list[int]]:
+    """Lists of positions, one a window, some outside 0 .. T - 1.
+
+    >>> window_positions(5, 2, ceil_mode=True)
+    [[0, 1], [2, 3], [4, 5]]
+    """
+    stride, first = stride or width, -padding
+    found: list[list[int]] = []
     while True:
         last = first + dilation * (width - 1)
         whole = last < T + padding
@@ -76,27 +89,29 @@ def window_positions(T: int, width: int, stride: int | None, padding: int, dilat
         first += stride
 
 
-def max_pool1d(x: np.ndarray, width: int = 2, *, stride: int | None = None, padding: int = 0,
-               dilation: int = 1, ceil_mode: bool = False) -> np.ndarray:
+def max_pool1d(x: np.ndarray, width: int = 2, **windows: Any) -> np.ndarray:
+    """`nn.max_pool1d`: the largest element of each window, NaN where it holds one.
+
+    windows : as for `window_positions`
+    """
     if np.iscomplexobj(x):
         raise TypeError("the largest of complex numbers is not analytic")
-    windows = window_positions(x.shape[2], width, stride, padding, dilation, ceil_mode)
-    y = np.full(x.shape[:2] + (len(windows),), -np.inf)
+    positions = window_positions(x.shape[2], width, **windows)
+    y = np.full(x.shape[:2] + (len(positions),), -np.inf)
     for n, c, t in np.ndindex(y.shape):
-        for s in windows[t]:
+        for s in positions[t]:
             if 0 <= s < x.shape[2] and not np.isnan(y[n, c, t]) and not x[n, c, s] <= y[n, c, t]:
                 y[n, c, t] = x[n, c, s]
     return y
 
 
-def max_pool1d_indices(x: np.ndarray, width: int = 2, *, stride: int | None = None,
-                       padding: int = 0, dilation: int = 1, ceil_mode: bool = False) -> np.ndarray:
-    windows = window_positions(x.shape[2], width, stride, padding, dilation, ceil_mode)
-    best = max_pool1d(x, width, stride=stride, padding=padding, dilation=dilation,
-                      ceil_mode=ceil_mode)
+def max_pool1d_indices(x: np.ndarray, width: int = 2, **windows: Any) -> np.ndarray:
+    """`nn.max_pool1d_indices`: the first frame of each window that holds the largest element."""
+    positions = window_positions(x.shape[2], width, **windows)
+    best = max_pool1d(x, width, **windows)
     indices = np.zeros(best.shape, int)
     for n, c, t in np.ndindex(best.shape):
-        same = [s for s in windows[t] if 0 <= s < x.shape[2]
+        same = [s for s in positions[t] if 0 <= s < x.shape[2]
                 and (x[n, c, s] == best[n, c, t]
                      or np.isnan(best[n, c, t]) and np.isnan(x[n, c, s]))]
         indices[n, c, t] = same[0] if same else -1
@@ -104,25 +119,28 @@ def max_pool1d_indices(x: np.ndarray, width: int = 2, *, stride: int | None = No
 
 
 def max_unpool1d(h: np.ndarray, indices: np.ndarray, length: int) -> np.ndarray:
+    """`nn.max_unpool1d`: each value in the frame that it came from, the later of two in one."""
     x = np.zeros(h.shape[:2] + (length,), h.dtype)
     for n, c, t in np.ndindex(h.shape):
         x[n, c, indices[n, c, t]] = h[n, c, t]
     return x
 
 
-def avg_pool1d(x: np.ndarray, width: int = 2, *, stride: int | None = None, padding: int = 0,
-               ceil_mode: bool = False, count_include_pad: bool = True) -> np.ndarray:
+def avg_pool1d(x: np.ndarray, width: int = 2, *, count_include_pad: bool = True, padding: int = 0,
+               **windows: Any) -> np.ndarray:
+    """`nn.avg_pool1d`: the mean of each window, over its frames or its padding too."""
     T = x.shape[2]
-    windows = window_positions(T, width, stride, padding, 1, ceil_mode)
-    y = np.zeros(x.shape[:2] + (len(windows),), x.dtype)
+    positions = window_positions(T, width, padding=padding, **windows)
+    y = np.zeros(x.shape[:2] + (len(positions),), x.dtype)
     for n, c, t in np.ndindex(y.shape):
-        inside = [s for s in windows[t] if 0 <= s < T]
-        counted = [s for s in windows[t] if s < T + padding] if count_include_pad else inside
+        inside = [s for s in positions[t] if 0 <= s < T]
+        counted = [s for s in positions[t] if s < T + padding] if count_include_pad else inside
         y[n, c, t] = sum(x[n, c, s] for s in inside) / len(counted)
     return y
 
 
 def avg_depool1d(h: np.ndarray, width: int = 2) -> np.ndarray:
+    """`nn.avg_depool1d`: each value shared equally by the frames of its window."""
     x = np.zeros(h.shape[:2] + (width * h.shape[2],), h.dtype)
     for n, c, t in np.ndindex(x.shape):
         x[n, c, t] = h[n, c, t // width] / width
@@ -130,6 +148,7 @@ def avg_depool1d(h: np.ndarray, width: int = 2) -> np.ndarray:
 
 
 def random_depool1d(h: np.ndarray, chosen: np.ndarray, width: int = 2) -> np.ndarray:
+    """`nn.random_depool1d`: each value in the chosen frame of its window."""
     x = np.zeros(h.shape[:2] + (width * h.shape[2],), h.dtype)
     for n, c, t in np.ndindex(h.shape):
         x[n, c, width * t + chosen[n, c, t]] = h[n, c, t]
@@ -137,34 +156,42 @@ def random_depool1d(h: np.ndarray, chosen: np.ndarray, width: int = 2) -> np.nda
 
 
 def relu(x: np.ndarray) -> np.ndarray:
+    """`nn.relu`: x where it is above 0 or NaN, else 0."""
     return np.where(np.isnan(x) | (x > 0), x, 0.0)
 
 
 def gram(h: np.ndarray) -> np.ndarray:
+    """`nn.gram`: H H^T of each clip."""
     return np.einsum("nct,ndt->ncd", h, h)
 
 
 def sum_squares(r: np.ndarray) -> np.ndarray:
+    """`nn.sum_squares`, one number a clip."""
     return np.array([sum(v * v for v in clip.ravel()) for clip in r], dtype=r.dtype)
 
 
 def mean_squares(r: np.ndarray) -> np.ndarray:
+    """`nn.mean_squares`, one number a clip."""
     return np.array([sum(v * v for v in clip.ravel()) / clip.size for clip in r], dtype=r.dtype)
 
 
 def norm(r: np.ndarray) -> np.ndarray:
+    """`nn.norm`, one number a clip."""
     return np.sqrt(sum_squares(r))
 
 
 def l1(a: np.ndarray) -> np.ndarray:
+    """`nn.l1`: the sum of all absolute values."""
     return np.asarray(sum(abs(v) for v in a.ravel()), dtype=float)
 
 
 def squared_error(x: np.ndarray, y: np.ndarray, *, reduction: str = "mean") -> np.ndarray:
+    """`nn.squared_error`, element by element."""
     return reduced([(a - b) * (a - b) for a, b in zip(x.ravel(), y.ravel())], x.shape, reduction)
 
 
 def absolute_error(x: np.ndarray, y: np.ndarray, *, reduction: str = "mean") -> np.ndarray:
+    """`nn.absolute_error`, element by element."""
     return reduced([abs(a - b) for a, b in zip(x.ravel(), y.ravel())], x.shape, reduction)
 
 
@@ -175,21 +202,13 @@ def reduced(errors: Sequence[Any], shape: tuple[int, ...], reduction: str) -> np
     return np.asarray(sum(errors) / (len(errors) if reduction == "mean" else 1))
 
 
-def adam(p: np.ndarray, g: np.ndarray, m: np.ndarray, v: np.ndarray, *, t: int, rate: float,
-         beta1: float, beta2: float, epsilon: float,
-         variant: str = "kingma-ba") -> tuple[np.ndarray, ...]:
-    """One step of algorithm 1 for one array, element by element; t counts this step.
-
-    ->  p, m, v
-    """
+def adam_step(p: np.ndarray, g: np.ndarray, m: np.ndarray, v: np.ndarray, *, t: int,
+              rate: float = 1e-3, beta1: float = 0.9, beta2: float = 0.999,
+              epsilon: float = 1e-8) -> tuple[np.ndarray, ...]:
+    """One step of Adam for one array, element by element; t counts this step.   ->  p, m, v"""
     results = np.zeros((3, p.size))
     for i, (p_i, g_i, m_i, v_i) in enumerate(zip(p.ravel(), g.ravel(), m.ravel(), v.ravel())):
         m_i, v_i = beta1 * m_i + (1 - beta1) * g_i, beta2 * v_i + (1 - beta2) * g_i ** 2
-        if variant == "epsilon-hat":
-            step = np.sqrt(1 - beta2 ** t) / (1 - beta1 ** t) * m_i / (np.sqrt(v_i) + epsilon)
-        elif variant == "no-bias-correction":
-            step = m_i / (np.sqrt(v_i) + epsilon)
-        else:
-            step = m_i / (1 - beta1 ** t) / (np.sqrt(v_i / (1 - beta2 ** t)) + epsilon)
+        step = m_i / (1 - beta1 ** t) / (np.sqrt(v_i / (1 - beta2 ** t)) + epsilon)
         results[:, i] = p_i - rate * step, m_i, v_i
     return tuple(r.reshape(p.shape) for r in results)

@@ -6,28 +6,31 @@ every pair of betas and then solving its conditions exactly, an exponential map 
 minimum by the sign of the derivative.
 """
 
+from collections.abc import Callable, Iterable
 import math
+from typing import Any
 
 import numpy as np
 
 from .definitions_torresani import distance, gaussian_kernel, kernel_ridge, linear_ridge, solved
 
 
-def support_vectors(K, y, C, epsilon):
+def support_vectors(K: np.ndarray, y: np.ndarray, C: float,
+                    epsilon: float) -> tuple[np.ndarray, float]:
     """The dual problem of `torresani2006.svr`.   ->  beta (n,), b"""
     n, beta = len(y), np.zeros(len(y))
     for _ in range(400):
         for i in range(n):
             for j in range(i):
-                t = best_move(K, y, beta, i, j, C, epsilon)
+                t = _best_move(K, y, beta, i, j, C, epsilon)
                 beta[i], beta[j] = beta[i] + t, beta[j] - t
-        exact = exact_solution(K, y, beta, C, epsilon)
+        exact = _exact_solution(K, y, beta, C, epsilon)
         if exact is not None:
             return exact
     raise ArithmeticError("support vectors: found no end after 400 sweeps")
 
 
-def best_move(K, y, beta, i, j, C, epsilon):
+def _best_move(K, y, beta, i, j, C, epsilon):
     """The t that lowers the dual most when beta_i rises and beta_j sinks by it: a stationary point
     for some pair of signs, a kink or an end.
     """
@@ -36,27 +39,26 @@ def best_move(K, y, beta, i, j, C, epsilon):
     low, high = max(-C - beta[i], beta[j] - C), min(C - beta[i], C + beta[j])
     tries = [-(slope + epsilon * signs) / curvature for signs in (-2, 0, 2)] + [-beta[i], beta[j]]
 
-    def change(t):
+    def _change(t):
         return t * (slope + 0.5 * curvature * t) + epsilon * (abs(beta[i] + t) + abs(beta[j] - t)
                                                               - abs(beta[i]) - abs(beta[j]))
-    return min((min(max(t, low), high) for t in tries), key=change)
+    return min((min(max(t, low), high) for t in tries), key=_change)
 
 
-def exact_solution(K, y, beta, C, epsilon):
+def _exact_solution(K, y, beta, C, epsilon):
     """Which betas are 0, at the box or between is guessed from `beta`; the conditions are then
     linear equations.   ->  beta, b, or None
     """
     n = len(y)
     free = [i for i in range(n) if 1e-7 * C < abs(beta[i]) < (1 - 1e-7) * C]
-    fixed = [
-        0.0 if i in free or abs(beta[i]) < 0.5 * C else math.copysign(C, beta[i]) for i in range(n)]
+    fixed = [0.0 if i in free or abs(beta[i]) < 0.5 * C else math.copysign(C, beta[i])
+             for i in range(n)]
     sign = [math.copysign(1.0, beta[i]) for i in free]
     found = np.array(fixed)
     if free:
         A = [[K[i, j] for j in free] + [1.0] for i in free] + [[1.0] * len(free) + [0.0]]
-        right = [
-            y[i] - s * epsilon - sum(K[i, k] * fixed[k] for k in range(n))
-            for i, s in zip(free, sign)] + [-sum(fixed)]
+        right = [y[i] - s * epsilon - sum(K[i, k] * fixed[k] for k in range(n))
+                 for i, s in zip(free, sign)] + [-sum(fixed)]
         *values, b = solved(A, right)
         found[free] = values
         if any(v * s < 0 or abs(v) > C for v, s in zip(values, sign)):
@@ -69,7 +71,8 @@ def exact_solution(K, y, beta, C, epsilon):
     return found, b if free else (highest + lowest) / 2
 
 
-def support_vectors_without_bias(K, y, C, epsilon):
+def support_vectors_without_bias(K: np.ndarray, y: np.ndarray, C: float,
+                                 epsilon: float) -> tuple[np.ndarray, float]:
     """The same with b = 0 and no condition on the sum, as a rival has it: one beta at a time until
     nothing moves.
     """
@@ -84,25 +87,29 @@ def support_vectors_without_bias(K, y, C, epsilon):
     return beta, 0.0
 
 
-def support_vector_regression(K, y, K_new, *, C, epsilon, solve=support_vectors):
+def support_vector_regression(
+        K: np.ndarray, y: np.ndarray, K_new: np.ndarray, *, C: float, epsilon: float,
+        solve: Callable[..., tuple[np.ndarray, float]] = support_vectors) -> tuple[Any, np.ndarray]:
+    """Sums over the support vectors that `solve` finds.   ->  dual objective, predictions"""
     beta, b = solve(K, y, C, epsilon)
     n = range(len(y))
-    dual = sum(0.5 * beta[i] * K[i, j] * beta[j] for i in n
-               for j in n) - sum(y[i] * beta[i] - epsilon * abs(beta[i]) for i in n)
+    dual = (sum(0.5 * beta[i] * K[i, j] * beta[j] for i in n for j in n)
+            - sum(y[i] * beta[i] - epsilon * abs(beta[i]) for i in n))
     return dual, np.array([sum(row[i] * beta[i] for i in n) + b for row in K_new])
 
 
-def predicted_style(Z, Y, new, *, kind, ridge=None, gamma=None, C=None, epsilon=None):
+def predicted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str, ridge: float = 0.0,
+                    gamma: float = 0.0, C: float = 0.0, epsilon: float = 0.0) -> np.ndarray:
     """One effort after the other, on inputs in units of their standard deviation."""
     if kind == "linear interpolation":
         return np.array([[(1 - z[-1]) * z[k - 7] + z[-1] * z[k - 4] for k in range(3)]
                          for z in new])
     mean = [sum(column) / len(Z) for column in Z.T]
-    deviation = [
-        math.sqrt(sum((x - m)**2 for x in column) / len(Z)) or 1.0 for column, m in zip(Z.T, mean)]
+    deviation = [math.sqrt(sum((x - m) ** 2 for x in column) / len(Z)) or 1.0
+                 for column, m in zip(Z.T, mean)]
     X, there = (np.array([[(x - m) / s for x, m, s in zip(z, mean, deviation)] for z in rows])
                 for rows in (Z, new))
-    results = []
+    results: list[Any] = []
     for y in Y.T:
         usual = sum(y) / len(y)
         if kind == "linear ridge":
@@ -118,7 +125,7 @@ def predicted_style(Z, Y, new, *, kind, ridge=None, gamma=None, C=None, epsilon=
     return np.array(results).T
 
 
-def exponential_map(v):
+def exponential_map(v: np.ndarray) -> np.ndarray:
     """exp(hat v) by its series."""
     out = np.zeros(v.shape + (3,))
     for index in np.ndindex(v.shape[:-1]):
@@ -130,7 +137,7 @@ def exponential_map(v):
     return out
 
 
-def rotation_vector(R):
+def rotation_vector(R: np.ndarray) -> np.ndarray:
     """From the antisymmetric part, sin(t) u, and the trace, 1 + 2 cos(t); near half a turn u
     from the symmetric part, (R + R^T)/2 - cos(t) I = (1 - cos t) u u^T.
 
@@ -152,7 +159,7 @@ def rotation_vector(R):
     return out
 
 
-def continuous_exponential_maps(R, reference):
+def continuous_exponential_maps(R: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Of all vectors v + 2 pi k u of one rotation the nearest to the frame before; both ways round
     to begin with, and the shorter one taken.
     """
@@ -162,9 +169,9 @@ def continuous_exponential_maps(R, reference):
         shortest = [rotation_vector(reference[j].T @ R[t, j]) for t in range(T)]
         ways = []
         for turns in (0, -1):
-            before, way = equivalents(shortest[0], shortest[0], (turns,))[0], []
+            before, way = _equivalents(shortest[0], shortest[0], (turns,))[0], []
             for v in shortest:
-                before = min(equivalents(v, before, range(-6, 7)),
+                before = min(_equivalents(v, before, range(-6, 7)),
                              key=lambda x: distance(x, before))
                 way.append(before)
             ways.append(way)
@@ -173,41 +180,44 @@ def continuous_exponential_maps(R, reference):
     return out.reshape(T, 3 * J)
 
 
-def equivalents(v, before, turns):
+def _equivalents(v, before, turns):
     """v + 2 pi k u for some k, u its direction or, for no rotation, that of the vector before."""
     along = v if math.sqrt(distance(v, [0, 0, 0])) >= 1e-9 else before
     length = math.sqrt(distance(along, [0, 0, 0])) or 1.0
     return [v + 2 * math.pi * k * along / length for k in turns]
 
 
-def slope(coefficients, x):
+def _slope(coefficients, x):
     return sum(k * c * x ** (k - 1) for k, c in enumerate(coefficients) if k)
 
 
-def value(coefficients, x):
+def _value(coefficients, x):
     return sum(c * x ** k for k, c in enumerate(coefficients))
 
 
-def golden_section(coefficients, low, high, *, tolerance=1e-6):
+def golden_section(coefficients: Any, low: Iterable[float], high: Iterable[float], *,
+                   tolerance: float = 1e-6) -> np.ndarray:
     """Where the slope turns from falling to rising, by halving; of a constant the upper end."""
     found = []
     for c, a, b in zip(coefficients, low, high):
         for _ in range(60):
-            a, b = (a, (a + b) / 2) if slope(c, (a + b) / 2) > 0 else ((a + b) / 2, b)
+            a, b = (a, (a + b) / 2) if _slope(c, (a + b) / 2) > 0 else ((a + b) / 2, b)
         found.append((a + b) / 2)
     return np.array(found)
 
 
-def best_alpha(coefficients, *, samples=13, tolerance=1e-6):
+def best_alpha(coefficients: np.ndarray, *, samples: int = 13,
+               tolerance: float = 1e-6) -> np.ndarray:
+    """The best of even steps over [-0.25, 1.25], or the minimum between its neighbours."""
     grid, found = [-0.25 + 1.5 * k / (samples - 1) for k in range(samples)], []
     for c in coefficients:
-        best = min(range(samples), key=lambda k: value(c, grid[k]))
+        best = min(range(samples), key=lambda k: _value(c, grid[k]))
         alpha = golden_section([c], [grid[max(best - 1, 0)]], [grid[min(best + 1, samples - 1)]])[0]
-        found.append(alpha if value(c, alpha) <= value(c, grid[best]) else grid[best])
+        found.append(alpha if _value(c, alpha) <= _value(c, grid[best]) else grid[best])
     return np.array(found)
 
 
-def effort_measures(positions, *, fps):
+def effort_measures(positions: np.ndarray, *, fps: float) -> np.ndarray:
     """Energy, speed, acceleration and jerk, one joint and one frame after the other."""
     T, J = positions.shape[:2]
     differences = [positions * 1.0]
@@ -218,4 +228,3 @@ def effort_measures(positions, *, fps):
                for difference in differences[1:]]
     energy = max(0.5 * sum(v * v for v in frame) for frame in lengths[0])
     return np.array([energy] + [sum(map(sum, frames)) / (len(frames) * J) for frames in lengths])
-
