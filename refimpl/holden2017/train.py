@@ -170,7 +170,7 @@ def _epoch(state, epoch, batches, step, rate):
         for name, loss in losses.items():
             sums[name] = sums.get(name, 0.0) + float(loss) * len(indices)
         norms.append(norm)
-        nn.adam_update(params, gradients, adam, rate=rate)
+        params, adam = nn.adam_step(params, gradients, adam, rate=rate)
     count = sum(map(len, batches))
     means = {name: total / count for name, total in sums.items()}
     return Record(epoch, means, float(np.mean(norms)),
