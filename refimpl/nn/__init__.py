@@ -5,7 +5,7 @@
 what comes back is one gradient for each array. Nothing is modified or remembered. Batches are `(N,
 C, T)`: clips, channels, frames.
 
-- `conv`: conv1d and its adjoint conv_transpose1d.   `plain`: the plainest one, to read first.
+- `conv`: conv1d and its adjoint conv_transpose1d.
 - `pool`: max- and average-pooling and their ways back.   `activation`: relu.
 - `gram`: the Gram matrix.   `norms`: sizes and errors.   `adam`: the optimiser.
 - `conventions`: kinks, ties and forms, with who does otherwise, as data.
@@ -15,9 +15,9 @@ C, T)`: clips, channels, frames.
 
 import importlib
 
-from . import conventions, plain
+from . import conventions
 from .activation import relu, relu_backward
-from .adam import adam_start, adam_step, adam_update
+from .adam import adam_start, adam_step
 from .conv import conv1d, conv1d_backward, conv_transpose1d, conv_transpose1d_backward
 from .gram import gram, gram_backward
 from .norms import (absolute_error, absolute_error_backward, l1, l1_backward, mean_squares,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .arguments import check_arrays, check_shape, check_whole
+from .arguments import check_arrays, check_whole
 
 VARIANTS = ("kingma-ba", "epsilon-hat", "no-bias-correction")
 STEPS = 2 ** 53                                                 # a count that a float holds exactly
@@ -15,9 +15,9 @@ Arrays = Mapping[str, np.ndarray]
 
 
 def adam_start(params: Arrays) -> dict[str, Any]:
-    """The state before the first step: t = 0, both moments zero.
+    """The state before the first step: t = 0, and both moments zero.
 
-    params : {name: array}  ->  dict of t, m, v
+    params : {name: array}  ->  dict of t, m, v;   raises ValueError for what is no real array
 
     >>> adam_start({"w": np.ones(2)})
     {'t': 0, 'm': {'w': array([0., 0.])}, 'v': {'w': array([0., 0.])}}
@@ -42,11 +42,13 @@ def adam_step(params: Arrays, gradients: Arrays, state: Mapping[str, Any], *, ra
     g^2 is multiplied from the left and the root taken before the correction, so that the largest
     gradients do not overflow on the way: in float32 up to 5e20 instead of 2e19.
 
-    variant "epsilon-hat" adds epsilon before the correction, p <- p - rate sqrt(1 - beta2^t) /
+    params, gradients : dicts with the same keys and shapes
+    state : of `adam_start` or of the step before
+    variant : "epsilon-hat" adds epsilon before the correction, p <- p - rate sqrt(1 - beta2^t) /
     (1 - beta1^t) m / (sqrt(v) + epsilon), as the paper proposes below its algorithm;
-    "no-bias-correction" takes m_hat = m, v_hat = v.
-    params, gradients : dicts with the same keys and shapes;  state : of `adam_start` or of the step
-    before   ->  new params, new state; the arguments are left as they were
+    "no-bias-correction" takes m_hat = m, v_hat = v
+    ->  new params, new state; the arguments are left as they were, and the new arrays lie in memory
+    as they do
     Raises ValueError for other keys, shapes, precisions, numbers, or a count of steps that is none.
 
     >>> params = {"w": np.array([1.0])}
@@ -69,61 +71,26 @@ def adam_step(params: Arrays, gradients: Arrays, state: Mapping[str, Any], *, ra
     return {k: p - step[k] for k, p in params.items()}, {"t": t, "m": m, "v": v}
 
 
-def adam_update(params: Arrays, gradients: Arrays, state: dict[str, Any], *, rate: float = 1e-3,
-                beta1: float = 0.9, beta2: float = 0.999, epsilon: float = 1e-8) -> None:
-    r"""`adam_step` in place: params and state become what it would return, to the last bit.
-
-    For long training: it allocates nothing large, and goes through the arrays in pieces that stay
-    in the processor's cache.
-
-    >>> params = {"w": np.array([1.0])}
-    >>> adam_update(params, {"w": np.array([5.0])}, adam_start(params), rate=0.1)
-    >>> params["w"].round(6)
-    array([0.9])
-    """
-    _check(params, gradients, state, "kingma-ba", rate=rate, beta1=beta1, beta2=beta2,
-           epsilon=epsilon)
-    rate, beta1, beta2, epsilon = map(float, (rate, beta1, beta2, epsilon))
-    state["t"] = int(state["t"]) + 1
-    c1, c2 = 1 - beta1 ** state["t"], (1 - beta2 ** state["t"]) ** 0.5
-    for name, whole in params.items():
-        for p, g, m, v in _pieces(whole, gradients[name], state["m"][name], state["v"][name]):
-            m *= beta1
-            m += (1 - beta1) * g
-            v *= beta2
-            v += ((1 - beta2) * g) * g
-            p -= rate * ((m / c1) / (np.sqrt(v) / c2 + epsilon))
-
-
-def _pieces(p, *others, size=1 << 14):
-    """Flat views of pieces of arrays that lie in memory alike; else views along the first axis."""
-    if p.ndim and all(a.T.flags.c_contiguous for a in (p, *others)):
-        p, *others = (a.T.ravel() for a in (p, *others))
-    elif p.ndim and all(a.flags.c_contiguous for a in (p, *others)):
-        p, *others = (a.ravel() for a in (p, *others))
-    else:
-        return [(p[...], *(a[...] for a in others))]
-    return [[a[i:i + size] for a in (p, *others)] for i in range(0, p.size, size)]
-
-
 def _check(params, gradients, state, variant, **numbers):
     if variant not in VARIANTS:
         raise ValueError(f"variant: found {variant!r}, needed one of {', '.join(VARIANTS)}")
     for name, number in numbers.items():
-        limit = 1 if name[:4] == "beta" else np.inf
-        if (isinstance(number, (bool, np.bool_)) or not isinstance(number, (int, float))
-                or not 0 <= number < limit or number > sys.float_info.max):
+        below = 1 if name in ("beta1", "beta2") else np.inf
+        if (isinstance(number, bool) or not isinstance(number, (int, float))
+                or not 0 <= number < below or number > sys.float_info.max):
             raise ValueError(f"{name}: found {number!r:.60}, needed a Python number from 0 "
-                             f"{'to below 1' if limit == 1 else 'on'}")
-    if not isinstance(state, dict) or set(state) != {"t", "m", "v"}:
-        found = sorted(state) if isinstance(state, dict) else type(state).__name__
-        raise ValueError(f"state: found {found}, needed t, m and v; begin with adam_start(params)")
+                             f"{'to below 1' if below == 1 else 'on'}")
+    _check_keys("state", state, ("t", "m", "v"), "t, m and v; begin with adam_start(params)")
     check_whole("state['t']", state["t"], 0, STEPS)
     for what, other in (("gradients", gradients), ("state['m']", state["m"]),
                         ("state['v']", state["v"])):
-        if not isinstance(other, Mapping) or set(other) != set(params):
-            found = sorted(other) if isinstance(other, Mapping) else type(other).__name__
-            raise ValueError(f"{what}: found {found}, needed the keys of params, {sorted(params)}")
+        _check_keys(what, other, params, f"the keys of params, {sorted(params)}")
         for name, p in params.items():
-            check_arrays(**{f"params[{name!r}]": p, f"{what}[{name!r}]": other[name]}, real=True)
-            check_shape(f"{what}[{name!r}]", other[name], p.shape, ", the shape of the parameter")
+            check_arrays(**{f"params[{name!r}]": p, f"{what}[{name!r}]": other[name]}, real=True,
+                         shape=np.shape(p), because=", the shape of the parameter")
+
+
+def _check_keys(what, found, keys, needed):
+    if not isinstance(found, Mapping) or set(found) != set(keys):
+        keys = sorted(found) if isinstance(found, Mapping) else type(found).__name__
+        raise ValueError(f"{what}: found {keys}, needed {needed}")

@@ -8,42 +8,55 @@ from typing import Any
 import numpy as np
 
 # The precision ladder: every type that an operation takes, and the real type of its precision.
-PRECISION = {np.dtype(t): np.dtype(p) for t, p in (
-    (np.float32, np.float32), (np.complex64, np.float32), (np.float64, np.float64),
-    (np.complex128, np.float64), (np.longdouble, np.longdouble), (np.clongdouble, np.longdouble))}
+PRECISION = {np.dtype(code): np.zeros((), code).real.dtype for code in "fdgFDG"}
 LARGEST = 2 ** 31 - 1             # of a width, stride, padding ...: an index that any machine holds
 
 
-def check_arrays(*, ndim: Mapping[str, int] | None = None, real: bool = False,
+def check_arrays(*, ndim: Mapping[str, int] = {}, real: bool = False,
+                 shape: Sequence[int] | None = None, because: str = ", the shape of the output",
                  **arrays: Any) -> None:
-    """All arrays of a call must be of one precision, and real numbers where `real` says so.
+    """Raise ValueError unless all arrays of a call are of one precision and of the right shape.
 
-    arrays : by the names that errors call them; only b, the bias, may be None;  ndim : {name:
-    number of dimensions needed}.   Raises ValueError.
+    arrays : by the names that errors call them; only b, the bias, may be None
+    ndim : {name: number of dimensions needed};   real : whether complex numbers are refused
+    shape, because : what the last of the arrays must have, and why
 
     >>> check_arrays(x=np.zeros(3), w=np.zeros(3, "float32"))
     Traceback (most recent call last):
     ValueError: w: found dtype float32, needed the precision of x, float64; try w.astype(x.dtype)
     """
-    first = None
+    first = ""
     for name, array in arrays.items():
         if array is None and name == "b":
             continue
         dtype = getattr(array, "dtype", None)
         if not isinstance(array, (np.ndarray, np.generic)) or dtype not in PRECISION:
-            found = f"dtype {dtype}" if dtype is not None else type(array).__name__
+            found = type(array).__name__ if dtype is None else f"dtype {dtype}"
             raise ValueError(f"{name}: found {found}, needed an array of float32, float64 or "
                              f"longdouble; try np.asarray({name}, dtype=float)")
         if dtype.kind == "c" and real:
             raise ValueError(f"{name}: found dtype {dtype}, needed real numbers; this operation "
                              "compares sizes and is not analytic")
-        if ndim and name in ndim and array.ndim != ndim[name]:
+        if array.ndim != ndim.get(name, array.ndim):
             raise ValueError(f"{name}: found shape {array.shape}, needed {ndim[name]} dimensions")
-        if first is None:
-            first = name, PRECISION[dtype]
-        elif PRECISION[dtype] != first[1]:
-            raise ValueError(f"{name}: found dtype {dtype}, needed the precision of {first[0]}, "
-                             f"{first[1]}; try {name}.astype({first[0]}.dtype)")
+        first = first or name
+        precision = PRECISION[arrays[first].dtype]
+        if PRECISION[dtype] != precision:
+            raise ValueError(f"{name}: found dtype {dtype}, needed the precision of {first}, "
+                             f"{precision}; try {name}.astype({first}.dtype)")
+    if shape is not None:
+        check_shape(name, array, shape, because)
+
+
+def check_shape(name: str, array: Any, shape: Sequence[int], because: str = "") -> None:
+    """Raise ValueError unless the array has this shape.
+
+    >>> check_shape("b", np.zeros(3), (4,), ", one for each filter")
+    Traceback (most recent call last):
+    ValueError: b: found shape (3,), needed (4,), one for each filter
+    """
+    if np.shape(array) != tuple(shape):
+        raise ValueError(f"{name}: found shape {np.shape(array)}, needed {tuple(shape)}{because}")
 
 
 def check_whole(name: str, value: Any, least: int, most: int = LARGEST) -> int:
@@ -55,11 +68,10 @@ def check_whole(name: str, value: Any, least: int, most: int = LARGEST) -> int:
     Traceback (most recent call last):
     ValueError: stride: found 2.0, needed a whole number from 1 on
     """
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, (bool, np.bool_))
-    if not whole or value < least:
-        raise ValueError(f"{name}: found {_short(value)}, needed a whole number from {least} on")
-    if value > most:
-        raise ValueError(f"{name}: found {_short(value)}, needed a whole number of at most {most}")
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not whole or not least <= value <= most:
+        limits = f"of at most {most}" if whole and value > most else f"from {least} on"
+        raise ValueError(f"{name}: found {_short(value)}, needed a whole number {limits}")
     return int(value)
 
 
@@ -82,14 +94,3 @@ def _short(value):
     if isinstance(value, int) and value.bit_length() > 200:
         return f"a number of {value.bit_length()} bits"
     return repr(value)[:80]
-
-
-def check_shape(name: str, array: Any, shape: Sequence[int], because: str = "") -> None:
-    """Raise ValueError unless the array has this shape.
-
-    >>> check_shape("b", np.zeros(3), (4,), ", one for each filter")
-    Traceback (most recent call last):
-    ValueError: b: found shape (3,), needed (4,), one for each filter
-    """
-    if np.shape(array) != tuple(shape):
-        raise ValueError(f"{name}: found shape {np.shape(array)}, needed {tuple(shape)}{because}")

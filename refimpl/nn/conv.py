@@ -2,23 +2,37 @@ r"""Convolution over time, as deep learning means it (a cross-correlation), its 
 gradients of both.
 
 The direct form: a sum over the K taps of a filter, each tap one matrix product. It is the
-definition; `plain` has the same for the simplest case in the fewest lines, and a faster form must
-agree with this one.
+definition; a faster form must agree with it. Tap k of a padded signal is the part of it that filter
+element k meets:
+
+    tap_k[t] = padded[t stride + k dilation],   t = 0 .. T_out - 1
+
+All that follows is   y = sum_k W_k tap_k   and the two ways of walking it backwards.
 """
 
 from typing import Any
 
 import numpy as np
 
-from .arguments import check_arrays, check_shape, check_whole
+from .arguments import check_arrays, check_whole
 from .sums import wide_sum
+
+Geometry = tuple[int, tuple[int, int], tuple[int, int, int]]
 
 
 def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride: int = 1,
            padding: str | int | tuple = "same", dilation: int = 1, groups: int = 1) -> np.ndarray:
-    r"""Cross-correlation along the last axis (Holden 2017, the * of eqs. 1 and 2).
+    r"""Cross-correlation along the last axis, the * in equations 1 and 2 of Holden et al.
 
         y[n, o, t] = b[o] + sum_{c, k} w[o, c, k] x[n, c, t stride + k dilation - pad_left]
+
+    With stride 1, zeros on both sides and one group it is, in five lines:
+
+        left = (K - 1) // 2
+        padded = np.pad(x, ((0, 0), (0, 0), (left, K - 1 - left)))
+        y = np.zeros((N, O, T)) + b[:, None]
+        for k in range(K):
+            y += w[:, :, k] @ padded[:, :, k:k + T]              # (O, C) @ (N, C, T)
 
     x : (N, C, T), w : (O, C / groups, K), b : (O,) or None  ->  y : (N, O, T_out)
     padding : zeros on both sides: "same" (T_out = T, needs stride 1; of the dilation (K - 1) zeros
@@ -34,7 +48,8 @@ def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride:
     array([[[-2., -2., -2.,  3.]]])
     """
     T_out, pad, steps = check_conv(x, w, b, stride, padding, dilation, groups)
-    y = _gather(_pad(x, pad), w, T_out, *steps)
+    W, taps = _taps(np.pad(x, ((0, 0), (0, 0), pad)), w, T_out, *steps)
+    y = sum(map(np.matmul, W, taps)).reshape(len(x), len(w), T_out)
     return y if b is None else y + b[:, None]
 
 
@@ -54,17 +69,17 @@ def conv1d_backward(dy: np.ndarray, x: np.ndarray, w: np.ndarray, b: np.ndarray 
     >>> conv1d_backward(np.ones((1, 1, 4)), x, w)[0]
     array([[[ 1.,  0.,  0., -1.]]])
     """
-    _, pad, steps = check_conv(x, w, b, stride, padding, dilation, groups, dy=dy)
-    dx = _crop(_scatter(dy, w, sum(pad) + x.shape[2], *steps), pad[0], x.shape[2])
-    dw = _filter_gradient(dy, _pad(x, pad), w.shape, *steps)
+    _, pad, steps = check_conv(x, w, b, stride, padding, dilation, groups, dy)
+    dx = _spread(dy, w, x.shape[2], pad, *steps)
+    dw = _filter_gradient(dy, np.pad(x, ((0, 0), (0, 0), pad)), w, *steps)
     return dx, dw, None if b is None else wide_sum(dy, (0, 2))
 
 
 def conv_transpose1d(h: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride: int = 1,
                      padding: str | int | tuple = "same", output_padding: int = 0,
                      dilation: int = 1, groups: int = 1) -> np.ndarray:
-    r"""The adjoint of `conv1d` in x, with the same filters (the deconvolution of Holden 2017,
-    eq. 2):
+    r"""The adjoint of `conv1d` in x, with the same filters: the deconvolution in equation 2 of
+    Holden et al.
 
         <conv1d(x, w), h> = <x, conv_transpose1d(h, w)>
 
@@ -79,9 +94,8 @@ def conv_transpose1d(h: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, 
     >>> conv_transpose1d(np.array([[[1.0, 2]]]), np.array([[[1.0, 10]]]), stride=2, padding=0)
     array([[[ 1., 10.,  2., 20.]]])
     """
-    length, pad, steps = check_transpose(h, w, b, stride, padding, output_padding, dilation,
-                                         groups)
-    x = _crop(_scatter(h, w, pad[0] + length, *steps), pad[0], length)
+    length, pad, steps = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups)
+    x = _spread(h, w, length, pad, *steps)
     return x if b is None else x + b[:, None]
 
 
@@ -101,179 +115,110 @@ def conv_transpose1d_backward(
     >>> conv_transpose1d_backward(np.ones((1, 1, 4)), h, w, stride=2, padding=0)[:2]
     (array([[[11., 11.]]]), array([[[3., 3.]]]))
     """
-    _, pad, steps = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups,
-                                    dx=dx)
-    padded = _pad(dx, pad)
-    dh = _gather(padded, w, h.shape[2], *steps)
-    dw = _filter_gradient(h, padded, w.shape, *steps)
+    _, pad, steps = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups, dx)
+    padded = np.pad(dx, ((0, 0), (0, 0), pad))
+    dh = sum(map(np.matmul, *_taps(padded, w, h.shape[2], *steps))).reshape(h.shape)
+    dw = _filter_gradient(h, padded, w, *steps)
     return dh, dw, None if b is None else wide_sum(dx, (0, 2))
 
 
-# The three sums over taps. Tap k of a padded signal is the part of it that filter element k meets:
-#     tap_k[t] = padded[t stride + k dilation],   t = 0 .. T_out - 1
-
-
-def _tap(padded, k, T_out, stride, dilation):
-    begin = k * dilation
-    return padded[..., begin:begin + (T_out - 1) * stride + 1:stride]
-
-
-def _taps(padded, K, T_out, stride, dilation):
-    """All taps in turn, each with its last axis contiguous, as matrix products need it."""
-    for k in range(K):
-        tap = _tap(padded, k, T_out, stride, dilation)
-        yield tap if stride == 1 else np.ascontiguousarray(tap)
-
-
-def _filters_by_tap(w, groups):
-    """(O, C / g, K)  ->  contiguous (K, g, O / g, C / g)"""
+def _taps(padded, w, T_out, stride, dilation, groups):
+    """The filters W (K, groups, O / groups, C / groups) and what each of them meets, a view of the
+    padded signal, taps (K, N, groups, C / groups, T_out)."""
     O, C, K = w.shape
-    return np.ascontiguousarray(w.transpose(2, 0, 1)).reshape(K, groups, O // groups, C)
+    n, c, t = padded.strides
+    W = np.ascontiguousarray(w.transpose(2, 0, 1)).reshape(K, groups, O // groups, C)
+    return W, np.lib.stride_tricks.as_strided(
+        padded, (K, len(padded), groups, C, T_out), (dilation * t, n, C * c, c, stride * t))
 
 
-def _gather(padded, w, T_out, stride, dilation, groups):
-    """y_t = sum_k W_k tap_k: convolution of a padded signal (N, C, T_padded)  ->  (N, O, T_out)"""
-    N, C, length = padded.shape
-    padded = padded.reshape(N, groups, C // groups, length)
-    filters = _filters_by_tap(w, groups)
-    y = np.zeros((N, groups, len(w) // groups, T_out), np.result_type(padded, w))
-    product = np.empty_like(y)                                   # one buffer for all taps
-    for W_k, tap in zip(filters, _taps(padded, len(filters), T_out, stride, dilation)):
-        y += np.matmul(W_k, tap, out=product)      # (g, O / g, C / g) @ (N, g, C / g, T_out)
-    return y.reshape(N, len(w), T_out)
+def _spread(h, w, length, pad, stride, dilation, groups):
+    """tap_k += W_k^T h.   (N, O, T)  ->  (N, C, length)"""
+    padded = np.zeros((len(h), w.shape[1] * groups, length + sum(pad)), np.result_type(h, w))
+    h = h.reshape(len(h), groups, len(w) // groups, h.shape[2])
+    for W_k, tap_k in zip(*_taps(padded, w, h.shape[3], stride, dilation, groups)):
+        tap_k += W_k.swapaxes(1, 2) @ h
+    return np.ascontiguousarray(padded[:, :, pad[0]:pad[0] + length])
 
 
-def _scatter(h, w, length, stride, dilation, groups):
-    """tap_k += W_k^T h: the adjoint of `_gather`.   h (N, O, T)  ->  padded (N, C, >= length)"""
-    N, O, T = h.shape
-    length = max(length, _full_length(h, w, stride, dilation))
-    filters = _filters_by_tap(w, groups)
-    h = np.ascontiguousarray(h).reshape(N, groups, O // groups, T)
-    padded = np.zeros((N, groups, w.shape[1], length), np.result_type(h, w))
-    product = np.empty(padded.shape[:3] + (T,), padded.dtype)
-    for k, W_k in enumerate(filters):
-        _tap(padded, k, T, stride, dilation)[...] += np.matmul(W_k.swapaxes(1, 2), h, out=product)
-    return padded.reshape(N, groups * w.shape[1], length)
-
-
-def _filter_gradient(dy, padded, shape, stride, dilation, groups):
-    """dW_k = dy tap_k^T, clip and frame taken as one long axis: one matrix product a tap.
-
-    ->  (O, C / g, K)
-    """
-    O, C, K = shape
-    N, _, T_out = dy.shape
-    rows = np.ascontiguousarray(dy.transpose(1, 0, 2)).reshape(groups, O // groups, N * T_out)
-    signal = np.ascontiguousarray(padded.transpose(1, 0, 2))     # (g C / g, N, T_padded)
-    dw = np.empty((K, groups, O // groups, C), np.result_type(dy, padded))
-    for k in range(K):
-        columns = np.ascontiguousarray(_tap(signal, k, T_out, stride, dilation)).reshape(
-            groups, C, N * T_out)
-        np.matmul(rows, columns.swapaxes(1, 2), out=dw[k])
-    return np.ascontiguousarray(dw.reshape(K, O, C).transpose(1, 2, 0))
-
-
-def _pad(x, pad):
-    padded = np.zeros(x.shape[:2] + (pad[0] + x.shape[2] + pad[1],), x.dtype)
-    padded[:, :, pad[0]:pad[0] + x.shape[2]] = x
-    return padded
-
-
-def _crop(padded, left, length):
-    return np.ascontiguousarray(padded[:, :, left:left + length])
-
-
-def _full_length(h, w, stride, dilation):
-    """Frames that the taps of an output of h's length reach."""
-    return (h.shape[2] - 1) * stride + dilation * (w.shape[2] - 1) + 1
-
-
-def _padding(padding, K, stride, dilation):
-    """Zeros to the left and to the right."""
-    if isinstance(padding, str) and padding == "valid":
-        return 0, 0
-    if isinstance(padding, str) and padding == "same":
-        if stride != 1:
-            raise ValueError(f"padding: found 'same' with stride {stride}, needed stride 1; give "
-                             "the zeros as a number or a pair")
-        total = dilation * (K - 1)
-        return total // 2, total - total // 2
-    pair = tuple(padding) if isinstance(padding, (tuple, list)) else (padding, padding)
-    whole = [isinstance(p, (int, np.integer)) and not isinstance(p, (bool, np.bool_)) and p >= 0
-             for p in pair]
-    if len(pair) != 2 or not all(whole):
-        raise ValueError(f"padding: found {padding!r}, needed 'same', 'valid', a whole number from "
-                         "0 on or a pair of them")
-    return check_whole("padding", pair[0], 0), check_whole("padding", pair[1], 0)
-
-
-def _check_filters(w, stride, dilation, groups):
-    """->  stride, dilation, groups as Python's whole numbers, which do not wrap around"""
-    stride, dilation = check_whole("stride", stride, 1), check_whole("dilation", dilation, 1)
-    groups = check_whole("groups", groups, 1)
-    if w.shape[2] < 1 or len(w) % groups or len(w) == 0:
-        raise ValueError(f"w: found shape {w.shape}, needed (O, C / groups, K) with K at least "
-                         f"1 and O a multiple of groups = {groups}")
-    return stride, dilation, groups
+def _filter_gradient(dy, padded, w, stride, dilation, groups):
+    """dW_k = dy tap_k^T, clip and frame taken as one long axis.   ->  (O, C / groups, K)"""
+    (N, O, T_out), C = dy.shape, w.shape[1]
+    _, taps = _taps(padded, w, T_out, stride, dilation, groups)
+    dy = dy.swapaxes(0, 1).reshape(groups, O // groups, N * T_out)
+    columns = (tap_k.reshape(groups, C, N * T_out) for tap_k in taps.transpose(0, 2, 3, 1, 4))
+    return np.stack([dy @ column.swapaxes(1, 2) for column in columns], axis=-1).reshape(w.shape)
 
 
 def check_conv(x: Any, w: Any, b: Any, stride: Any, padding: Any, dilation: Any, groups: Any,
-               dy: Any = None) -> tuple[int, tuple[int, int], tuple[int, int, int]]:
-    """Everything that can be wrong with the arguments of `conv1d` and its backward.
+               dy: Any = None, *, adjoint: bool = False, output_padding: Any = 0) -> Geometry:
+    """Everything that can be wrong with the arguments of `conv1d` and its backward, or of its
+    adjoint, whose x is called h and whose dy is called dx.
 
     ->  T_out, (pad_left, pad_right), (stride, dilation, groups)
 
     >>> check_conv(np.zeros((2, 3, 9)), np.zeros((4, 3, 5)), None, 1, "same", 1, 1)
     (9, (2, 2), (1, 1, 1))
     """
-    check_arrays(x=x, w=w, b=b, ndim={"x": 3, "w": 3, "b": 1})
-    stride, dilation, groups = _check_filters(w, stride, dilation, groups)
-    if x.shape[1] != w.shape[1] * groups:
-        raise ValueError(f"x: found shape {x.shape}, needed (N, {w.shape[1] * groups}, T) for w of "
-                         f"shape {w.shape} and groups = {groups}")
-    if b is not None:
-        check_shape("b", b, (len(w),), f", one for each output channel of w {w.shape}")
-    pad = _padding(padding, w.shape[2], stride, dilation)
-    reach = dilation * (w.shape[2] - 1) + 1
-    if x.shape[2] < 1 or x.shape[2] + sum(pad) < reach:
-        raise ValueError(f"x: found {x.shape[2]} frames and {sum(pad)} of padding, needed at least "
-                         f"{reach} for one output of filters {w.shape[2]} wide with dilation "
-                         f"{dilation}")
-    T_out = (x.shape[2] + sum(pad) - reach) // stride + 1
+    name, upstream = ("h", "dx") if adjoint else ("x", "dy")
+    check_arrays(**{name: x}, w=w, b=b, ndim={name: 3, "w": 3, "b": 1})
+    stride, dilation, groups, more = map(
+        check_whole, ("stride", "dilation", "groups", "output_padding"),
+        (stride, dilation, groups, output_padding), (1, 1, 1, 0))
+    T, (O, C, K), span = x.shape[2], w.shape, dilation * (w.shape[2] - 1)
+    into, out = (O, C * groups) if adjoint else (C * groups, O)
+    if K < 1 or O < 1 or O % groups:
+        raise ValueError(f"w: found shape {w.shape}, needed (O, C / groups, K) with K at least 1 "
+                         f"and O a multiple of groups = {groups}")
+    if x.shape[1] != into:
+        raise ValueError(f"{name}: found shape {x.shape}, needed (N, {into}, T) for w of shape "
+                         f"{w.shape}{'' if adjoint else f' and groups = {groups}'}")
+    if b is not None and len(b) != out:
+        raise ValueError(f"b: found shape {b.shape}, needed ({out},), one for each output channel"
+                         f"{', groups times C / groups' if adjoint else ''} of w {w.shape}")
+    if stride != 1 and isinstance(padding, str) and padding == "same":
+        raise ValueError(f"padding: found 'same' with stride {stride}, needed stride 1; give the "
+                         "zeros as a number or a pair")
+    if more >= max(stride, dilation):
+        raise ValueError(f"output_padding: found {more}, needed less than stride {stride} or "
+                         f"dilation {dilation}")
+    named = {"same": (span // 2, span - span // 2), "valid": (0, 0)}
+    pad = (named[padding] if isinstance(padding, str) and padding in named
+           else check_padding(padding))
+    if adjoint:
+        T_out = (T - 1) * stride + span + 1 - sum(pad) + more
+        fit = f", needed enough for an output; padding {pad} would leave {T_out} frames"
+    else:
+        T_out = (T + sum(pad) - span - 1) // stride + 1
+        fit = (f" and {sum(pad)} of padding, needed at least {span + 1} for one output of filters "
+               f"{K} wide with dilation {dilation}")
+    if T < 1 or T_out < 1:
+        raise ValueError(f"{name}: found {T} frames{fit}")
     if dy is not None:
-        check_arrays(x=x, dy=dy)
-        check_shape("dy", dy, (len(x), len(w), T_out), ", the shape of the output")
+        check_arrays(**{name: x, upstream: dy}, shape=(len(x), out, T_out))
     return T_out, pad, (stride, dilation, groups)
 
 
 def check_transpose(h: Any, w: Any, b: Any, stride: Any, padding: Any, output_padding: Any,
-                    dilation: Any, groups: Any, dx: Any = None,
-                    ) -> tuple[int, tuple[int, int], tuple[int, int, int]]:
+                    dilation: Any, groups: Any, dx: Any = None) -> Geometry:
     """The same for `conv_transpose1d` and its backward.
-
-    ->  length of the output, (pad_left, pad_right), (stride, dilation, groups)
 
     >>> check_transpose(np.zeros((2, 4, 9)), np.zeros((4, 3, 5)), None, 2, 1, 1, 1, 1)
     (20, (1, 1), (2, 1, 1))
     """
-    check_arrays(h=h, w=w, b=b, ndim={"h": 3, "w": 3, "b": 1})
-    stride, dilation, groups = _check_filters(w, stride, dilation, groups)
-    output_padding = check_whole("output_padding", output_padding, 0)
-    if output_padding and output_padding >= max(stride, dilation):
-        raise ValueError(f"output_padding: found {output_padding}, needed less than stride "
-                         f"{stride} or dilation {dilation}")
-    if h.shape[1] != len(w):
-        raise ValueError(f"h: found shape {h.shape}, needed (N, {len(w)}, T) for w of shape "
-                         f"{w.shape}")
-    if b is not None:
-        check_shape("b", b, (w.shape[1] * groups,),
-                    f", one for each output channel, groups times C / groups of w {w.shape}")
-    pad = _padding(padding, w.shape[2], stride, dilation)
-    length = _full_length(h, w, stride, dilation) - sum(pad) + output_padding
-    if h.shape[2] < 1 or length < 1:
-        raise ValueError(f"h: found {h.shape[2]} frames, needed enough for an output; padding "
-                         f"{pad} would leave {length} frames")
-    if dx is not None:
-        check_arrays(h=h, dx=dx)
-        check_shape("dx", dx, (len(h), w.shape[1] * groups, length), ", the shape of the output")
-    return length, pad, (stride, dilation, groups)
+    return check_conv(h, w, b, stride, padding, dilation, groups, dx, adjoint=True,
+                      output_padding=output_padding)
+
+
+def check_padding(padding: Any) -> tuple[int, int]:
+    """Zeros to the left and to the right.
+
+    >>> check_padding(2), check_padding((0, 3))
+    ((2, 2), (0, 3))
+    """
+    pair = tuple(padding) if isinstance(padding, (tuple, list)) else (padding, padding)
+    if len(pair) != 2 or not all(isinstance(p, (int, np.integer)) and not isinstance(p, bool)
+                                 and p >= 0 for p in pair):
+        raise ValueError(f"padding: found {padding!r}, needed 'same', 'valid', a whole number from "
+                         "0 on or a pair of them")
+    return check_whole("padding", pair[0], 0), check_whole("padding", pair[1], 0)

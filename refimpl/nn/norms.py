@@ -9,6 +9,7 @@ by the power of two next to the largest of them, which changes no digit, and are
 precision. (Of two arrays x and y the difference x - y itself must be a number that can be held.)
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ def sum_squares(r: np.ndarray) -> np.ndarray:
     >>> sum_squares(np.array([[3.0, 4.0], [0.0, 2.0]]))
     array([25.,  4.])
     """
+    _check(r)
     scale, _, squares = _scaled(r)
     return squares * scale * scale
 
@@ -43,8 +45,9 @@ def mean_squares(r: np.ndarray) -> np.ndarray:
     >>> mean_squares(np.array([[3.0, 4.0]]))
     array([12.5])
     """
+    _check(r, mean=True)
     scale, _, squares = _scaled(r)
-    return squares / _count(r) * scale * scale
+    return squares / math.prod(r.shape[1:]) * scale * scale
 
 
 def mean_squares_backward(dM: np.ndarray, r: np.ndarray) -> np.ndarray:
@@ -53,12 +56,12 @@ def mean_squares_backward(dM: np.ndarray, r: np.ndarray) -> np.ndarray:
     >>> mean_squares_backward(np.array([1.0]), np.array([[3.0, 4.0]]))
     array([[3., 4.]])
     """
-    _check(r, dM=dM)
-    return sum_squares_backward(dM / _count(r), r)
+    _check(r, mean=True, dM=dM)
+    return sum_squares_backward(dM / math.prod(r.shape[1:]), r)
 
 
 def norm(r: np.ndarray) -> np.ndarray:
-    r"""Euclidean norm, the bars of Holden 2017's content and style losses:
+    r"""The Euclidean norm, the bars in the content and style losses of Holden et al.:
 
         y[n] = sqrt(sum r[n]^2)
 
@@ -69,6 +72,7 @@ def norm(r: np.ndarray) -> np.ndarray:
     >>> norm(np.array([[3e200, 4e200]]))                      # 9e400 would be infinite
     array([5.e+200])
     """
+    _check(r)
     scale, _, squares = _scaled(r)
     return scale * np.sqrt(squares)
 
@@ -115,8 +119,10 @@ def squared_error(x: np.ndarray, y: np.ndarray, *, reduction: str = "mean") -> A
     >>> float(squared_error(np.array([1.0, 2.0]), np.array([1.0, 4.0])))
     2.0
     """
-    _check_pair(x, y)
-    return _reduce(x - y, reduction, squared=True)
+    _check_pair(x, y, reduction)
+    if reduction == "none":
+        return (x - y) * (x - y)
+    return (mean_squares if reduction == "mean" else sum_squares)((x - y)[None])[0]
 
 
 def squared_error_backward(dloss: Any, x: np.ndarray, y: np.ndarray, *,
@@ -126,8 +132,8 @@ def squared_error_backward(dloss: Any, x: np.ndarray, y: np.ndarray, *,
     >>> squared_error_backward(1.0, np.array([1.0, 2.0]), np.array([1.0, 4.0]))[0]
     array([ 0., -2.])
     """
-    _check_pair(x, y)
-    dx = 2 * ((x - y) * _unreduce(dloss, x, reduction))
+    _check_pair(x, y, reduction)
+    dx = 2 * ((x - y) * _for_each(dloss, x, reduction))
     return dx, -dx
 
 
@@ -139,8 +145,12 @@ def absolute_error(x: np.ndarray, y: np.ndarray, *, reduction: str = "mean") -> 
     >>> float(absolute_error(np.array([1.0, 2.0]), np.array([1.0, 4.0])))
     1.0
     """
-    _check_pair(x, y, real=True)
-    return _reduce(np.abs(x - y), reduction, squared=False)
+    _check_pair(x, y, reduction, real=True)
+    errors = np.abs(x - y)
+    if reduction == "none":
+        return errors
+    scale = power_of_two(np.max(errors, initial=0))
+    return wide_sum(errors / scale) / (x.size if reduction == "mean" else 1) * scale
 
 
 def absolute_error_backward(dloss: Any, x: np.ndarray, y: np.ndarray, *,
@@ -152,87 +162,18 @@ def absolute_error_backward(dloss: Any, x: np.ndarray, y: np.ndarray, *,
     >>> absolute_error_backward(1.0, np.array([1.0, 2.0]), np.array([1.0, 4.0]))[0]
     array([ 0. , -0.5])
     """
-    _check_pair(x, y, real=True)
-    dx = np.sign(x - y) * _unreduce(dloss, x, reduction)
+    _check_pair(x, y, reduction, real=True)
+    dx = np.sign(x - y) * _for_each(dloss, x, reduction)
     return dx, -dx
 
 
 def _scaled(r):
-    """r divided by a power of two near the largest element of its clip.   (N, ...)
-
-    ->  the power (N,), r divided by it (N, ...), the sum of the squares of that (N,). The power is
-    1 where no square overflows or vanishes: nearly always.
-    """
-    _check(r)
-    real = r.real.dtype
-    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        squares = wide_sum(r * r, _rest(r))
-    least = np.finfo(real).tiny / np.finfo(real).eps * max(r[:1].size, 1)
-    if np.all((squares.real > least) & (squares.real < np.inf)):
-        return np.ones(len(r), real), r, squares
-    largest = np.max(np.abs(r), axis=_rest(r), initial=0)
-    scale = power_of_two(largest)
+    """The power of two next to the largest element of each clip (N,), r divided by it (N, ...), and
+    the sum of the squares of that (N,)."""
+    rest = tuple(range(1, r.ndim))
+    scale = power_of_two(np.max(np.abs(r), axis=rest, initial=0))
     part = r / _spread(scale, r)
-    return scale, part, wide_sum(part * part, _rest(r))
-
-
-def _reduce(errors, reduction, squared):
-    """The errors or their squares as they are, their sum or their mean."""
-    _check_reduction(reduction, errors)
-    if reduction == "none":
-        return errors * errors if squared else errors
-    scale = power_of_two(np.max(np.abs(errors), initial=0))
-    part = errors / scale
-    total = wide_sum(part * part if squared else part)
-    if reduction == "mean":
-        total = total / errors.real.dtype.type(errors.size)
-    return total * scale * scale if squared else total * scale
-
-
-def _unreduce(dloss, x, reduction):
-    """The gradient of one element's error."""
-    _check_reduction(reduction, x)
-    if reduction == "none":
-        check_arrays(x=x, dloss=dloss)
-        check_shape("dloss", dloss, x.shape, ", the shape of the output")
-        return dloss
-    dloss = _number("dloss", dloss, x)
-    return dloss / x.real.dtype.type(x.size) if reduction == "mean" else dloss
-
-
-def _number(name, value, like):
-    """The upstream gradient of a scalar, in the precision of an array; a Python number will do."""
-    check_shape(name, value, (), ", a number")
-    if np.asarray(value).dtype.kind not in ("f", "c", "i", "u"):
-        raise ValueError(f"{name}: found {value!r}, needed a number")
-    return np.asarray(value).astype(like.real.dtype if np.asarray(value).dtype.kind != "c"
-                                    else np.result_type(like, np.complex64))[()]
-
-
-def _check_reduction(reduction, errors):
-    if reduction not in ("none", "mean", "sum"):
-        raise ValueError(f"reduction: found {reduction!r}, needed 'none', 'mean' or 'sum'")
-    if reduction == "mean" and not errors.size:
-        raise ValueError(f"x: found shape {errors.shape}, needed at least one element for a mean; "
-                         "use reduction='sum'")
-
-
-def _check_pair(x, y, real=False):
-    check_arrays(x=x, y=y, real=real)
-    check_shape("y", y, x.shape, ", the shape of x")
-
-
-def _check(r, **upstream):
-    """upstream : the upstream gradient under its name, if there is one"""
-    check_arrays(r=r, **upstream)
-    if r.ndim < 1:
-        raise ValueError("r: found a scalar, needed shape (N, ...) with one clip a row")
-    for name, gradient in upstream.items():
-        check_shape(name, gradient, (len(r),), ", one number for each clip")
-
-
-def _rest(r):
-    return tuple(range(1, r.ndim))
+    return scale, part, wide_sum(part * part, rest)
 
 
 def _spread(per_clip, r):
@@ -240,9 +181,41 @@ def _spread(per_clip, r):
     return per_clip.reshape(per_clip.shape + (1,) * (r.ndim - 1))
 
 
-def _count(r):
-    count = int(np.prod(r.shape[1:]))
-    if not count:
+def _for_each(dloss, x, reduction):
+    """The upstream gradient of one element's error."""
+    if reduction == "none":
+        check_arrays(x=x, dloss=dloss, shape=x.shape)
+        return dloss
+    return _number("dloss", dloss, x) / (x.size if reduction == "mean" else 1)
+
+
+def _number(name, value, like):
+    """The upstream gradient of a scalar, in the precision of an array; a Python number will do."""
+    check_shape(name, value, (), ", a number")
+    number = np.asarray(value)
+    if number.dtype.kind not in "fciu":
+        raise ValueError(f"{name}: found {value!r}, needed a number")
+    least = np.complex64 if number.dtype.kind == "c" else np.float32
+    return number.astype(np.result_type(like.real.dtype, least))[()]
+
+
+def _check(r, mean=False, **upstream):
+    """upstream : the upstream gradient under its name, if there is one"""
+    check_arrays(r=r)
+    if r.ndim < 1:
+        raise ValueError("r: found a scalar, needed shape (N, ...) with one clip a row")
+    for name, gradient in upstream.items():
+        check_arrays(r=r, **{name: gradient}, shape=r.shape[:1],
+                     because=", one number for each clip")
+    if mean and not math.prod(r.shape[1:]):
         raise ValueError(f"r: found shape {r.shape}, needed at least one element in each clip for "
                          "a mean")
-    return r.real.dtype.type(count)
+
+
+def _check_pair(x, y, reduction, real=False):
+    check_arrays(x=x, y=y, real=real, shape=np.shape(x), because=", the shape of x")
+    if reduction not in ("none", "mean", "sum"):
+        raise ValueError(f"reduction: found {reduction!r}, needed 'none', 'mean' or 'sum'")
+    if reduction == "mean" and not x.size:
+        raise ValueError(f"x: found shape {x.shape}, needed at least one element for a mean; "
+                         "use reduction='sum'")

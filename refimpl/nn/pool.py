@@ -11,7 +11,7 @@ from .sums import power_of_two, wide_sum
 
 def max_pool1d(x: np.ndarray, width: int = 2, *, stride: int | None = None, padding: int = 0,
                dilation: int = 1, ceil_mode: bool = False) -> np.ndarray:
-    r"""The largest element of each window (Holden 2017, Psi of eq. 1: width 2).
+    r"""The largest element of each window (Psi in equation 1 of Holden et al.: width 2).
 
         y[n, c, t] = max_k x[n, c, t stride + k dilation - padding]
 
@@ -22,8 +22,8 @@ def max_pool1d(x: np.ndarray, width: int = 2, *, stride: int | None = None, padd
     >>> max_pool1d(np.array([[[1.0, 5, 7, 3]]]))
     array([[[5., 7.]]])
     """
-    return _take(x, max_pool1d_indices(x, width, stride=stride, padding=padding, dilation=dilation,
-                                       ceil_mode=ceil_mode))
+    check_arrays(x=x, ndim={"x": 3}, real=True)
+    return _windows(x, -np.inf, width, stride, padding, dilation, ceil_mode)[0].max(axis=-1)
 
 
 def max_pool1d_backward(dy: np.ndarray, x: np.ndarray, width: int = 2, *, stride: int | None = None,
@@ -40,9 +40,10 @@ def max_pool1d_backward(dy: np.ndarray, x: np.ndarray, width: int = 2, *, stride
     """
     indices = max_pool1d_indices(x, width, stride=stride, padding=padding, dilation=dilation,
                                  ceil_mode=ceil_mode)
-    check_arrays(x=x, dy=dy, real=True)
-    check_shape("dy", dy, indices.shape, ", the shape of the output")
-    return _put(dy, indices, x.shape[2])
+    check_arrays(x=x, dy=dy, real=True, shape=indices.shape)
+    dx = np.zeros(x.shape[:2] + (x.shape[2] + 1,), dy.dtype)     # place -1, the last, is dropped
+    np.add.at(dx, (*np.ogrid[:len(x), :x.shape[1], :0][:2], indices), dy)
+    return dx[:, :, :-1]
 
 
 def max_pool1d_indices(x: np.ndarray, width: int = 2, *, stride: int | None = None,
@@ -56,18 +57,10 @@ def max_pool1d_indices(x: np.ndarray, width: int = 2, *, stride: int | None = No
     array([[[1, 2]]])
     """
     check_arrays(x=x, ndim={"x": 3}, real=True)
-    positions = _windows(x.shape[2], width, stride, padding, dilation, ceil_mode)  # (T_out, width)
-    if (np.array_equal(positions.ravel(), np.arange(positions.size))
-            and positions.size <= x.shape[2]):     # the plain case: windows cut x in pieces
-        side_by_side = x[:, :, :positions.size].reshape(x.shape[:2] + positions.shape)
-        return np.argmax(side_by_side, axis=-1) + positions[:, 0]
-    inside = (positions >= 0) & (positions < x.shape[2])
-    # (N, C, T_out, width)
-    candidates = np.where(inside, x[:, :, np.clip(positions, 0, x.shape[2] - 1)], -np.inf)
-    k = np.argmax(candidates, axis=-1)             # the first largest; NaN counts as largest
-    t = np.arange(len(positions))
+    windows, positions, inside = _windows(x, -np.inf, width, stride, padding, dilation, ceil_mode)
+    k, t = windows.argmax(axis=-1), np.arange(len(positions))    # the first largest, NaN if any
     # In a window of -inf alone: its first real element, not the padding.
-    k = np.where(inside[t, k], k, np.argmax(inside, axis=1))
+    k = np.where(inside[t, k], k, inside.argmax(axis=1))
     return np.where(inside.any(axis=1), positions[t, k], -1)
 
 
@@ -81,7 +74,9 @@ def max_unpool1d(h: np.ndarray, indices: np.ndarray, length: int) -> np.ndarray:
     array([[[0., 5., 7., 0.]]])
     """
     _check_unpool(h, indices, length)
-    return _place(h, indices, length)
+    x = np.zeros(h.shape[:2] + (length,), h.dtype)
+    np.put_along_axis(x, indices, h, axis=2)
+    return x
 
 
 def max_unpool1d_backward(dx: np.ndarray, h: np.ndarray, indices: np.ndarray,
@@ -95,10 +90,10 @@ def max_unpool1d_backward(dx: np.ndarray, h: np.ndarray, indices: np.ndarray,
     array([[[2., 3.]]])
     """
     _check_unpool(h, indices, length)
-    check_arrays(h=h, dx=dx)
-    check_shape("dx", dx, h.shape[:2] + (length,), ", the shape of the output")
-    order = np.broadcast_to(np.arange(h.shape[2]), h.shape)
-    stands = np.take_along_axis(_place(order, indices, length), indices, axis=2) == order
+    check_arrays(h=h, dx=dx, shape=h.shape[:2] + (length,))
+    order, last = np.broadcast_to(np.arange(h.shape[2]), h.shape), np.zeros(dx.shape, int)
+    np.put_along_axis(last, indices, order, axis=2)              # whose value stands at each place
+    stands = np.take_along_axis(last, indices, axis=2) == order
     return np.where(stands, np.take_along_axis(dx, indices, axis=2), dx.dtype.type(0))
 
 
@@ -115,10 +110,9 @@ def avg_pool1d(x: np.ndarray, width: int = 2, *, stride: int | None = None, padd
     array([[[3., 5.]]])
     """
     check_arrays(x=x, ndim={"x": 3})
-    positions, count = _counts(x, width, stride, padding, ceil_mode, count_include_pad)
-    # The last window begins inside.
-    padded = np.pad(x, ((0, 0), (0, 0), (int(padding), int(width))))
-    return _mean(padded[:, :, positions + int(padding)], count)
+    windows, positions, inside = _windows(x, 0.0, width, stride, padding, 1, ceil_mode)
+    counted = positions < x.shape[2] + int(padding) if count_include_pad else inside
+    return _mean(windows, counted.sum(axis=1).astype(x.real.dtype))
 
 
 def avg_pool1d_backward(dy: np.ndarray, x: np.ndarray, width: int = 2, *, stride: int | None = None,
@@ -132,18 +126,17 @@ def avg_pool1d_backward(dy: np.ndarray, x: np.ndarray, width: int = 2, *, stride
     array([[[ 5.,  5., 10., 10.]]])
     """
     check_arrays(x=x, dy=dy, ndim={"x": 3})
-    positions, count = _counts(x, width, stride, padding, ceil_mode, count_include_pad)
-    check_shape("dy", dy, x.shape[:2] + (len(positions),), ", the shape of the output")
-    share, begin = dy / count, int(padding)
-    wide = np.promote_types(share.dtype, np.float64)             # as many terms as windows overlap
-    dpadded = np.zeros(x.shape[:2] + (begin + x.shape[2] + int(width),), wide)
-    for k in range(positions.shape[1]):            # element k of every window: no position twice
-        dpadded[:, :, positions[:, k] + begin] += share
-    return dpadded[:, :, begin:begin + x.shape[2]].astype(share.dtype)
+    _, positions, inside = _windows(x, 0.0, width, stride, padding, 1, ceil_mode)
+    check_shape("dy", dy, x.shape[:2] + positions.shape[:1], ", the shape of the output")
+    counted = positions < x.shape[2] + int(padding) if count_include_pad else inside
+    share = dy / counted.sum(axis=1).astype(x.real.dtype)
+    dx = np.zeros(x.shape[:2] + (x.shape[2] + 1,), np.promote_types(share.dtype, np.float64))
+    np.add.at(dx, (..., np.where(inside, positions, -1)), share[..., None])
+    return dx[:, :, :-1].astype(share.dtype)                     # place -1, the last, is dropped
 
 
 def avg_depool1d(h: np.ndarray, width: int = 2) -> np.ndarray:
-    r"""Average-depooling (Holden 2017, Psi-dagger of eq. 2): each value `width` times over, divided
+    r"""Average-depooling (Psi-dagger in equation 2 of Holden et al.): each value `width` times over, divided
     by width.
 
         x[n, c, t] = h[n, c, floor(t / width)] / width
@@ -153,9 +146,8 @@ def avg_depool1d(h: np.ndarray, width: int = 2) -> np.ndarray:
     >>> avg_depool1d(np.array([[[2.0, 4]]]))
     array([[[1., 1., 2., 2.]]])
     """
-    check_arrays(h=h, ndim={"h": 3})
-    _check_frames(h)
-    return np.repeat(h / _real(h, check_whole("width", width, 1)), width, axis=2)
+    width = _check_depool(h, width)
+    return np.repeat(h / width, width, axis=2)
 
 
 def avg_depool1d_backward(dx: np.ndarray, h: np.ndarray, width: int = 2) -> np.ndarray:
@@ -164,11 +156,8 @@ def avg_depool1d_backward(dx: np.ndarray, h: np.ndarray, width: int = 2) -> np.n
     >>> avg_depool1d_backward(np.array([[[1.0, 3, 5, 7]]]), np.zeros((1, 1, 2)))
     array([[[2., 6.]]])
     """
-    check_arrays(h=h, dx=dx, ndim={"h": 3})
-    check_whole("width", width, 1)
-    _check_frames(h)
-    check_shape("dx", dx, h.shape[:2] + (width * h.shape[2],), ", the shape of the output")
-    return _mean(dx.reshape(h.shape + (width,)), _real(dx, width))
+    width = _check_depool(h, width, dx=dx)
+    return _mean(dx.reshape(h.shape + (width,)), width)
 
 
 def random_depool1d(h: np.ndarray, chosen: np.ndarray, width: int = 2) -> np.ndarray:
@@ -184,8 +173,9 @@ def random_depool1d(h: np.ndarray, chosen: np.ndarray, width: int = 2) -> np.nda
     >>> random_depool1d(np.array([[[2.0, 4]]]), np.array([[[1, 0]]]))
     array([[[0., 2., 4., 0.]]])
     """
-    places = _places(h, chosen, width)
-    return _place(h, places, width * h.shape[2])
+    width = _check_depool(h, width, chosen=chosen)
+    places = width * np.arange(h.shape[2]) + np.asarray(chosen, dtype=np.int64)
+    return max_unpool1d(h, places, width * h.shape[2])
 
 
 def random_depool1d_backward(dx: np.ndarray, h: np.ndarray, chosen: np.ndarray,
@@ -198,23 +188,20 @@ def random_depool1d_backward(dx: np.ndarray, h: np.ndarray, chosen: np.ndarray,
     >>> random_depool1d_backward(dx, h, np.array([[[1, 0]]]))
     array([[[3., 5.]]])
     """
-    places = _places(h, chosen, width)
-    check_arrays(h=h, dx=dx)
-    check_shape("dx", dx, h.shape[:2] + (width * h.shape[2],), ", the shape of the output")
-    return np.take_along_axis(dx, places, axis=2)
+    width = _check_depool(h, width, chosen=chosen, dx=dx)
+    windows = dx.reshape(h.shape + (width,))
+    return np.take_along_axis(windows, np.asarray(chosen)[..., None], axis=-1)[..., 0]
 
 
-def _windows(T, width, stride, padding, dilation, ceil_mode):
-    """Positions of every window's elements in the input, some of them outside it.
-
-    ->  (T_out, width)
-    """
-    width, dilation = check_whole("width", width, 1), check_whole("dilation", dilation, 1)
-    stride = width if stride is None else check_whole("stride", stride, 1)
-    padding = check_whole("padding", padding, 0)
+def _windows(x, outside, width, stride, padding, dilation, ceil_mode):
+    """The elements of every window (N, C, T_out, width), their positions in the input (T_out,
+    width), and which of these are inside it; elements that are not are `outside`."""
+    width, stride, padding, dilation = map(
+        check_whole, ("width", "stride", "padding", "dilation"),
+        (width, width if stride is None else stride, padding, dilation), (1, 1, 0, 1))
     if 2 * padding > width:
         raise ValueError(f"padding: found {padding}, needed at most half of width {width}")
-    reach = dilation * (width - 1) + 1
+    T, reach = x.shape[2], dilation * (width - 1) + 1
     free = T + 2 * padding - reach
     T_out = (-(-free // stride) if ceil_mode else free // stride) + 1
     if T < 1 or T_out < 1:
@@ -222,16 +209,9 @@ def _windows(T, width, stride, padding, dilation, ceil_mode):
                          f"least {reach} for one window of width {width} with dilation {dilation}")
     if ceil_mode and (T_out - 1) * stride >= T + padding:
         T_out -= 1
-    return np.arange(T_out)[:, None] * stride + np.arange(width) * dilation - padding
-
-
-def _counts(x, width, stride, padding, ceil_mode, count_include_pad):
-    """Positions (T_out, width), and how many of each window's elements its mean counts (T_out,), in
-    x's precision."""
-    positions, padding = _windows(x.shape[2], width, stride, padding, 1, ceil_mode), int(padding)
-    counted = ((positions >= (-padding if count_include_pad else 0))
-               & (positions < x.shape[2] + (padding if count_include_pad else 0)))
-    return positions, counted.sum(axis=1).astype(x.real.dtype)
+    positions = np.arange(T_out)[:, None] * stride + np.arange(width) * dilation - padding
+    inside = (positions >= 0) & (positions < T)
+    return np.where(inside, x[:, :, np.clip(positions, 0, T - 1)], outside), positions, inside
 
 
 def _mean(windows, count):
@@ -244,64 +224,29 @@ def _mean(windows, count):
     return scale * (wide_sum(windows / scale[..., None], -1) / count)
 
 
-def _take(x, indices):
-    return np.where(indices < 0, x.dtype.type(-np.inf),
-                    np.take_along_axis(x, np.maximum(indices, 0), axis=2))
-
-
-def _place(values, indices, length):
-    """Values (N, C, T) at their places, zeros elsewhere; the last one stands.
-
-    ->  (N, C, length)
-    """
-    placed = np.zeros(values.shape[:2] + (length,), values.dtype)
-    np.put_along_axis(placed, indices, values, axis=2)
-    return placed
-
-
-def _put(dy, indices, length):
-    """The adjoint of `_take`: add each value up at its place."""
-    N, C, T_out = dy.shape
-    dy, indices = np.where(indices < 0, dy.dtype.type(0), dy), np.maximum(indices, 0)
-    if (np.diff(indices) > 0).all():                             # no place twice: nothing to add up
-        return _place(dy, indices, length)
-    dx = np.zeros((N * C, length), dy.dtype)
-    np.add.at(dx, (np.arange(N * C)[:, None], indices.reshape(N * C, T_out)),
-              dy.reshape(N * C, T_out))
-    return dx.reshape(N, C, length)
-
-
-def _check_frames(h):
-    if h.shape[2] < 1:
-        raise ValueError(f"h: found shape {h.shape}, needed at least one frame; without one there "
-                         "is no output")
-
-
-def _real(like, number):
-    return like.real.dtype.type(number)
-
-
-def _places(h, chosen, width):
-    """Where each value goes.   ->  (N, C, T) of int64"""
-    check_arrays(h=h, ndim={"h": 3})
-    width = check_whole("width", width, 1)
-    _check_frames(h)
-    check_shape("chosen", chosen, h.shape, ", the shape of h")
-    _check_indices("chosen", chosen, width, "which of the frames gets the value")
-    return width * np.arange(h.shape[2]) + np.asarray(chosen, dtype=np.int64)
-
-
 def _check_unpool(h, indices, length):
     check_arrays(h=h, ndim={"h": 3})
     check_whole("length", length, 1)
-    check_shape("indices", indices, h.shape, ", the shape of h")
-    _check_indices("indices", indices, length, "as max_pool1d_indices gives them")
+    _check_places("indices", indices, h, length, "as max_pool1d_indices gives them")
 
 
-def _check_indices(name, indices, below, what):
-    indices = np.asarray(indices)
-    if indices.dtype.kind not in "iu" or (
-            indices.size and not 0 <= indices.min() <= indices.max() < below):
-        raise ValueError(f"{name}: found {indices.dtype} from {np.min(indices, initial=0)} to "
-                         f"{np.max(indices, initial=0)}, needed whole numbers from 0 to "
-                         f"{below - 1}, {what}")
+def _check_depool(h, width, *, chosen=None, dx=None):
+    check_arrays(h=h, ndim={"h": 3})
+    width = check_whole("width", width, 1)
+    if h.shape[2] < 1:
+        raise ValueError(f"h: found shape {h.shape}, needed at least one frame; without one there "
+                         "is no output")
+    if chosen is not None:
+        _check_places("chosen", chosen, h, width, "which of the frames gets the value")
+    if dx is not None:
+        check_arrays(h=h, dx=dx, shape=h.shape[:2] + (width * h.shape[2],))
+    return width
+
+
+def _check_places(name, places, h, below, what):
+    check_shape(name, places, h.shape, ", the shape of h")
+    places = np.asarray(places)
+    least, most = places.min(initial=0), places.max(initial=0)
+    if places.dtype.kind not in "iu" or least < 0 or most >= below:
+        raise ValueError(f"{name}: found {places.dtype} from {least} to {most}, needed whole "
+                         f"numbers from 0 to {below - 1}, {what}")

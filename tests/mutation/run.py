@@ -20,7 +20,7 @@ import tempfile
 
 ROOT = Path(__file__).resolve().parents[2]
 EQUIVALENTS = Path(__file__).with_name("equivalents.txt")
-FILES = ("nn/activation.py", "nn/gram.py", "nn/plain.py", "gradcheck/errors.py", "nn/arguments.py", "nn/adam.py", "nn/norms.py", "nn/pool.py", "nn/conv.py",
+FILES = ("nn/activation.py", "nn/gram.py", "gradcheck/errors.py", "nn/arguments.py", "nn/adam.py", "nn/norms.py", "nn/pool.py", "nn/conv.py",
          "gradcheck/derivative.py", "gradcheck/contract.py", "gradcheck/gradient.py", "nn/plan.py", "nn/tiled.py", "holden2017/losses.py")
 TESTS = ("tests/nn", "tests/gradcheck", "tests/holden2017/test_losses.py", "--ignore=tests/nn/test_torch.py", "--ignore=tests/nn/test_witnesses.py")
 ALIVE = {None: "not run", 0: "survived", 5: "without a test", 33: "without a test", 34: "skipped"}           # exit codes of a mutant's tests

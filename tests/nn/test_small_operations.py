@@ -176,30 +176,6 @@ def test_adam_without_memory_steps_by_the_sign_and_with_rate_0_not_at_all():
     np.testing.assert_array_equal(nn.adam_step(p, g, nn.adam_start(p), rate=0)[0]["w"], p["w"])
 
 
-LAYINGS = {"C order": np.copy, "Fortran order": lambda a: a.copy(order="F"), "every second": lambda a: np.repeat(a, 2, axis=-1)[..., ::2] if a.ndim else a.copy(),
-           "first axis in the middle": lambda a: a.swapaxes(0, 1).copy().swapaxes(0, 1) if a.ndim > 1 else a.copy()}
-
-
-@pytest.mark.parametrize("options", [{}, dict(rate=np.float64(0.25), beta1=0.5, beta2=0.75, epsilon=0.125)])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_adam_in_place_is_the_pure_step_to_the_last_bit(dtype, options):
-    """Parameters of no, one, two and three axes, laid out in memory alike and not, longer than a piece; the caller's arrays themselves change."""
-    rng = np.random.default_rng(6)
-    shapes = {"number": (), "vector": (20_000,), "matrix": (7, 30), "filters": (40, 30, 20), "empty": (0, 3)}
-    gradients = [{(k, a): lay(np.asarray(rng.normal(size=shape), dtype)) for k, shape in shapes.items() for a, lay in LAYINGS.items()}
-                 for _ in range(3)]
-    p = {(k, a): LAYINGS[a](g) for (k, a), g in gradients[0].items()}
-    s, arrays = nn.adam_start(p), dict(p)
-    q, t = {key: a.copy() for key, a in p.items()}, nn.adam_start(p)
-    for g in gradients:
-        q, t = nn.adam_step(q, g, t, **options)
-        assert nn.adam_update(p, g, s, **options) is None
-    assert s["t"] == t["t"] == 3 and all(p[key] is arrays[key] for key in p)
-    for found, needed in ((p, q), (s["m"], t["m"]), (s["v"], t["v"])):
-        for key in p:
-            np.testing.assert_array_equal(found[key], needed[key], strict=True)
-
-
 def test_adam_is_pure_and_keeps_precision():
     p, g = {"w": np.ones(2, np.float32)}, {"w": np.full(2, 0.5, np.float32)}
     s = nn.adam_start(p)
