@@ -10,7 +10,7 @@ import pytest
 from refimpl.cli import main
 from refimpl.holden2017.known import known
 from refimpl.holden2017.model import load_style, save_style
-from refimpl.motion import bvh, take
+from refimpl.motion import body, bvh
 from refimpl.embedded import walkers as synthetic
 from refimpl.motion.footing import foot_skate
 
@@ -65,7 +65,7 @@ def test_a_path_has_its_yardstick_and_a_clip_out_of_range_its_warning(models, fo
     values = np.repeat(clip.values[:1], 300, axis=0) if still else clip.values
     bvh.write_bvh(tmp_path / "in.bvh", dataclasses.replace(clip, values=values))
     style = load_style(models / "old.npz")
-    save_style(tmp_path / "old.npz", dataclasses.replace(style, known=known([take.read_take(path).features for path in sorted(folder.iterdir())])))
+    save_style(tmp_path / "old.npz", dataclasses.replace(style, known=known([body.read_take(path).features for path in sorted(folder.iterdir())])))
     assert main(["transfer", str(tmp_path / "old.npz"), str(tmp_path / "in.bvh"), "-o", str(tmp_path / "out.bvh"), "--json", str(tmp_path / "out.json")]) == 0
     said, row = capsys.readouterr(), json.loads((tmp_path / "out.json").read_text())["rows"][0]
     assert "of a way of" in said.out and row["path kept"] and row["mean path error"] < 0.2 * row["way"] + 5
@@ -212,8 +212,8 @@ def test_raw_leaves_the_feet_as_the_network_has_them(models, folder, tmp_path):
     results = {}
     for flag in ((), ("--raw",)):
         assert main(["transfer", str(models / "old.npz"), str(folder / "walk_normal_1.bvh"), "-o", str(tmp_path / "out.bvh"), *flag]) == 0
-        results[flag] = take.read_take(tmp_path / "out.bvh").positions
-    contacts = take.read_take(folder / "walk_normal_1.bvh").contacts
+        results[flag] = body.read_take(tmp_path / "out.bvh").positions
+    contacts = body.read_take(folder / "walk_normal_1.bvh").contacts
     assert foot_skate(results[()], contacts) < 0.01 < 1.0 < foot_skate(results["--raw",], contacts)
 
 

@@ -18,7 +18,7 @@ from ..motion.dataset import assemble, save_dataset
 from ..motion.features import path_error, path_length
 from ..motion.prepare import fit_normaliser
 from ..embedded.walkers import STYLES, make_database
-from ..motion.take import make_take
+from ..motion.body import make_take
 from ..storage import atomic_write
 from .options import OutputFolder, there_already, whole
 from .progress import Progress, epoch_line

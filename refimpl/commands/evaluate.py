@@ -9,11 +9,12 @@ import numpy as np
 from ..experiments import evaluate
 from ..holden2016 import bridge
 from ..holden2017.model import load_style
-from ..motion.dataset import find_clips, load_dataset, to_scale
+from ..motion.body import read_take, to_scale
+from ..motion.dataset import find_clips, load_dataset
 from ..motion.features import Start, decode
-from ..motion.take import read_take
 from ..storage import atomic_write
-from .options import InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole, write_report
+from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole,
+                      write_report)
 from .progress import Progress, table
 
 DESCRIPTION = """Stylise every clip that was kept out of training by every style network and by optimisation, write the results, read them again and measure them. The

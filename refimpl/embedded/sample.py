@@ -6,7 +6,7 @@ import os
 
 from ..motion.dataset import find_clips, labels_by_pattern
 from .walkers import make_clip
-from ..motion.take import make_take, read_take
+from ..motion.body import make_take, read_take
 
 BANDAI = "Bandai-Namco-Research-Motiondataset, CC BY-NC 4.0: non-commercial"
 # What the embedded motion calls a content or a style, and what recorded clips call it.

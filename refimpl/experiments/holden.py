@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ..motion.body import Take, to_scale
 from .classifiers import Judge, fit_judge, joint_vectors
 from ..holden2017.lesson import Lesson, make_lesson, normalised_windows
 from .measures import style_distance
@@ -21,13 +22,12 @@ from ..holden2017.model import Manifold, Style
 from ..holden2017.objective import Weights
 from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import project_features, stylise
-from ..motion.dataset import Dataset, Labelled, assemble, to_scale
+from ..motion.dataset import Dataset, Labelled, assemble
 from ..motion.features import (POSITIONS, TRANSLATION, VELOCITIES, Start, decode, path_error,
                                path_length)
 from ..motion.footing import foot_skate, jerk
 from ..motion.joints import BONES, JOINTS
 from ..motion.prepare import fit_normaliser
-from ..motion.take import Take
 
 LEG = 80.0                                       # centimetres: all lengths are told for such a body
 NOISE = 3.0                                      # centimetres an axis, for such a body

@@ -3,7 +3,7 @@ r"""How near a motion is to a style, to a content and to a path."""
 import numpy as np
 
 from .. import nn
-from ..motion.dataset import to_scale
+from ..motion.body import to_scale
 from ..nn import tiled
 from ..holden2017.losses import style_target
 from ..holden2017.networks import encode

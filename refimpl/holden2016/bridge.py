@@ -22,7 +22,7 @@ from ..motion import features as f66
 from ..motion.dataset import Labelled
 from ..motion.joints import BONES, HEELS, LEGS, TOES
 from ..motion.prepare import Normaliser as Normaliser66
-from ..motion.take import Take
+from ..motion.body import Take
 from . import losses, rows, search
 from .files import check_unit, read_network, read_preprocess
 from .network import Params, decode, encode

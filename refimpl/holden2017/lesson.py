@@ -10,7 +10,7 @@ import re
 
 import numpy as np
 
-from ..motion.dataset import to_scale
+from ..motion.body import to_scale
 from ..motion.features import VELOCITIES
 from ..motion.prepare import windows
 from ..nn import tiled

@@ -11,12 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..motion.body import fit_pose, points, to_scale
 from ..motion.clip import Clip
-from ..motion.dataset import to_scale
 from ..motion.features import FPS, TRANSLATION, VELOCITIES, decode, path_error, path_length
 from ..motion.foot_ik import plant
 from ..motion.footing import pace
-from ..motion.retarget import fit_pose, points
 from ..motion.skeleton import with_pose
 from .known import STRANGE
 from .networks import project, transform

@@ -4,9 +4,9 @@
   `rotation`: free functions on [..., 3, 3].   `skeleton`: poses, forward kinematics, frame rates.
 - `joints`: the 21 joints and which joint of a file feeds each.
   `features`: the 66 numbers a frame, and back.
-- `take`: one clip made ready.   `prepare`: contacts, windows, normaliser.
+- `body`: one clip made ready, and moved points back to rotations of the clip's own skeleton.
+  `prepare`: contacts, windows, normaliser.
   `dataset`: a folder of clips as one file.
-- `retarget`: moved points back to rotations of the clip's own skeleton.
 - `synthetic`: walkers and joggers made by the program, with `gait` (footfalls and legs) and `style`
   (how they carry themselves).
 """

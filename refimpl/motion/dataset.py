@@ -9,10 +9,9 @@ import re
 import numpy as np
 
 from ..storage import FormatError, load_npz, plausible, save_npz
-from . import features as feature_space
-from .features import FEATURES, FPS, LEG_RANGE
+from .features import FEATURES, FPS, LEG_RANGE, bone_lengths
 from .joints import BONES
-from .take import bone_lengths, read_take
+from .body import read_take, to_scale
 
 # with 2 the root's velocity is seen from the frame that it leads to
 FORMAT, VERSION = "motions", 2
@@ -209,14 +208,6 @@ def _assemble(parts, labels, source, fraction):
         Labelled(name, *labels[name], name in kept_out, to_scale(features, own_leg, leg), contacts,
                  fps) for name, (features, contacts, own_leg, _, fps) in parts.items())
     return Dataset(clips, leg, bones, source)
-
-
-def to_scale(features, leg, new_leg):
-    """Features of a character with this leg as those of one with another; left alone within 0.1 %,
-    the noise of a capture.
-    """
-    return features if abs(new_leg / leg
-                           - 1) < 1e-3 else feature_space.scale(features, new_leg / leg)
 
 
 def save_dataset(path, dataset):

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from .joints import FEET, JOINTS, LEGS, SLOT
+from .joints import BONES, FEET, JOINTS, LEGS, SLOT
 from .rotation import yaw_rotation
 
 POSITIONS = slice(0, 3 * JOINTS)
@@ -57,6 +57,13 @@ def leg_length(positions):
         + np.linalg.norm(positions[:, heel] - positions[:, knee], axis=-1)
         for hip, knee, heel, _ in LEGS]
     return float(np.median(thigh_and_shin))
+
+
+def bone_lengths(positions):
+    """Median length of each bone of `joints.BONES`.   (T, 21, 3)  ->  (20,)"""
+    parents, children = np.array(BONES).T
+    return np.median(np.linalg.norm(positions[:, children] - positions[:, parents], axis=-1),
+                     axis=0)
 
 
 # lengths of a leg that a body may have, in whatever unit

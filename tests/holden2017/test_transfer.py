@@ -11,7 +11,8 @@ from refimpl.motion.bvh import Clip, Joint
 from refimpl.motion.footing import floor_penetration, foot_skate, pace
 from refimpl.motion.prepare import fit_normaliser
 from refimpl.embedded.walkers import make_clip
-from refimpl.motion.take import bone_lengths, make_take, read_take
+from refimpl.motion.features import bone_lengths
+from refimpl.motion.body import make_take, read_take
 
 
 def foreign(clip, names, scale, arms):

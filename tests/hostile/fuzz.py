@@ -23,7 +23,7 @@ from refimpl.motion.dataset import LabelError, assemble, labels_from_file, load_
 from refimpl.motion.features import FEATURES
 from refimpl.motion.joints import BONES, MappingError, map_joints, read_mapping
 from refimpl.motion.prepare import Normaliser
-from refimpl.motion.take import make_take
+from refimpl.motion.body import make_take
 from refimpl.storage import FormatError
 
 SECONDS = 1.0

@@ -8,7 +8,7 @@ from refimpl.motion import foot_ik
 from refimpl.motion.footing import floor_penetration, foot_skate, jerk
 from refimpl.motion.joints import BONES, FEET, LEGS, SLOT
 from refimpl.embedded.walkers import make_clip
-from refimpl.motion.take import make_take
+from refimpl.motion.body import make_take
 
 
 @pytest.fixture(scope="module")

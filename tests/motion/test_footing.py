@@ -7,7 +7,7 @@ from refimpl.motion import footing
 from refimpl.motion.features import TRANSLATION
 from refimpl.motion.joints import FEET, JOINTS
 from refimpl.embedded.walkers import make_clip
-from refimpl.motion.take import make_take
+from refimpl.motion.body import make_take
 
 
 def standing(frames=60):
