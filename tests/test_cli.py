@@ -12,7 +12,7 @@ from refimpl.holden2017.known import known
 from refimpl.holden2017.model import load_style, save_style
 from refimpl.motion import body, bvh
 from refimpl.embedded import walkers as synthetic
-from refimpl.motion.footing import foot_skate
+from refimpl.motion.feet import foot_skate
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,7 @@ from ..holden2017.transfer import transfer
 from ..motion.bvh import write_bvh
 from ..motion.dataset import assemble, save_dataset
 from ..motion.features import path_error, path_length
-from ..motion.prepare import fit_normaliser
+from ..motion.windows import fit_normaliser
 from ..embedded.walkers import STYLES, make_database
 from ..motion.body import make_take
 from ..storage import atomic_write

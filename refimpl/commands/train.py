@@ -19,7 +19,7 @@ from ..holden2017.model import Manifold, Style, load_manifold, save_manifold, sa
 from ..holden2017.objective import EQUATION_10, WEIGHED, WEIGHTS, Weights
 from ..holden2017.train import AUTOENCODER_RATE, BATCH, DEPOOLING, RATE, train_autoencoder, train_style
 from ..motion.dataset import load_dataset
-from ..motion.prepare import FORMS, fit_normaliser
+from ..motion.windows import FORMS, fit_normaliser
 from ..storage import atomic_write, set_aside
 from .options import InputPath, OutputPath, number, whole
 from .progress import Progress, epoch_line, table

@@ -18,7 +18,7 @@ from ..holden2016.network import decode, encode, project
 from ..holden2017 import losses as losses_2017
 from ..holden2017.train import annealed
 from ..motion.features import Start, bone_lengths, decode as world
-from ..motion.footing import jerk
+from ..motion.feet import jerk
 from ..motion.joints import FEET, JOINTS
 
 Row = dict[str, Any]

@@ -18,7 +18,7 @@ from .measures import content_distance, style_distance
 from ..holden2017.transfer import onto_skeleton, project_features, stylise, transfer
 from ..motion.bvh import write_bvh
 from ..motion.features import POSITIONS, VELOCITIES, Start, decode, scale
-from ..motion.footing import floor_penetration, foot_skate, jerk
+from ..motion.feet import floor_penetration, foot_skate, jerk
 from ..motion.joints import BONES, JOINTS
 
 CODED, OWN = "2016, as coded", "2016, own form"

@@ -25,9 +25,9 @@ from ..holden2017.transfer import project_features, stylise
 from ..motion.dataset import Dataset, Labelled, assemble
 from ..motion.features import (POSITIONS, TRANSLATION, VELOCITIES, Start, decode, path_error,
                                path_length)
-from ..motion.footing import foot_skate, jerk
+from ..motion.feet import foot_skate, jerk
 from ..motion.joints import BONES, JOINTS
-from ..motion.prepare import fit_normaliser
+from ..motion.windows import fit_normaliser
 
 LEG = 80.0                                       # centimetres: all lengths are told for such a body
 NOISE = 3.0                                      # centimetres an axis, for such a body

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..motion.body import to_scale
 from ..motion.features import VELOCITIES
-from ..motion.prepare import windows
+from ..motion.windows import windows
 from ..nn import tiled
 from .known import Known, known
 from .losses import style_target

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..motion.features import FEATURES, LEG_RANGE
 from ..motion.joints import BONES
-from ..motion.prepare import FORMS, Normaliser
+from ..motion.windows import FORMS, Normaliser
 from ..storage import FormatError, load_npz, plausible, save_npz
 from .known import NUMBERS, Known
 from .losses import READINGS

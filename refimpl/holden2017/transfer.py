@@ -15,7 +15,7 @@ from ..motion.body import fit_pose, points, to_scale
 from ..motion.clip import Clip
 from ..motion.features import FPS, TRANSLATION, VELOCITIES, decode, path_error, path_length
 from ..motion.foot_ik import plant
-from ..motion.footing import pace
+from ..motion.feet import pace
 from ..motion.skeleton import with_pose
 from .known import STRANGE
 from .networks import project, transform
@@ -102,7 +102,7 @@ def transfer(take, style, *, projected=True, clean=True, own_pace=False, stylist
     projection would lead the path astray (see the README's deviations). Where T leads it astray
     itself (`ASTRAY`), as with contents of other speeds than it has learnt, the content's path is
     kept, unless `clean` is False.
-    own_pace : walk the path as fast as the feet step (`footing.pace`), so that an old man's short
+    own_pace : walk the path as fast as the feet step (`feet.pace`), so that an old man's short
     steps need not become long ones.
     """
     leg, manifold = take.leg, style.manifold

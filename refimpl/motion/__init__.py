@@ -5,7 +5,8 @@
 - `joints`: the 21 joints and which joint of a file feeds each.
   `features`: the 66 numbers a frame, and back.
 - `body`: one clip made ready, and moved points back to rotations of the clip's own skeleton.
-  `prepare`: contacts, windows, normaliser.
+  `feet`: which are planted, and how well they stand.   `foot_ik`: the clean-up that plants them.
+  `windows`: windows of equal length and the normaliser.
   `dataset`: a folder of clips as one file.
 - `synthetic`: walkers and joggers made by the program, with `gait` (footfalls and legs) and `style`
   (how they carry themselves).

@@ -16,7 +16,7 @@ from . import bvh, rotation
 from .clip import POSITION_CHANNELS
 from .features import FPS, LEG_RANGE, Start, encode, leg_length, scale
 from .joints import BONES, HEELS, PARENTS, SLOT, Mapping, map_joints
-from .prepare import foot_contacts
+from .feet import foot_contacts
 from .skeleton import clip_at, forward_kinematics, with_pose
 
 # Turns a z-up world into a y-up one: (x, y, z) -> (x, z, -y).

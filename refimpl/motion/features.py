@@ -48,6 +48,23 @@ class Start:
     floor: float = 0.0
 
 
+def checked_positions(positions, name="positions"):
+    """As a float array; ValueError on a wrong shape or on values that are not finite.
+    ->  (T, 21, 3)
+    """
+    positions = np.asarray(positions, dtype=float)
+    if positions.ndim != 3 or positions.shape[1:] != (JOINTS, 3) or not len(positions):
+        raise ValueError(
+            f"{name}: found shape {positions.shape}, needed (frames, {JOINTS}, 3) with at least "
+            "one frame")
+    if not np.isfinite(positions).all():
+        frame, joint = np.argwhere(~np.isfinite(positions))[0, :2]
+        raise ValueError(
+            f"{name}: found {positions[frame, joint]} in frame {frame}, joint {joint}, needed "
+            "finite positions")
+    return positions
+
+
 def leg_length(positions):
     """Thigh plus shin, the median over frames and both legs: the size of a character.
     (T, 21, 3)  ->  float

@@ -10,13 +10,14 @@ and no bone changes its length.
    (`two_bone`).
 
 All lengths are in the unit of the positions, y is up. A label at frame t covers the step from t to
-t + 1, as in `prepare.foot_contacts`.
+t + 1, as in `feet.foot_contacts`.
 """
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
-from .footing import checked_contacts, checked_positions
+from .feet import checked_contacts
+from .features import checked_positions
 from .joints import LEGS
 from .rotation import shortest_rotation
 

@@ -12,7 +12,7 @@ from refimpl.holden2017.model import Manifold, Style
 from refimpl.motion.dataset import assemble
 from refimpl.motion.features import POSITIONS
 from refimpl.motion.joints import FEET
-from refimpl.motion.prepare import fit_normaliser
+from refimpl.motion.windows import fit_normaliser
 from refimpl.embedded.walkers import make_database
 from refimpl.motion.body import make_take
 

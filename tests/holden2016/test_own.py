@@ -12,7 +12,7 @@ from refimpl.holden2017.model import Manifold
 from refimpl.holden2017.train import annealed
 from refimpl.motion.features import VELOCITIES, bone_lengths
 from refimpl.motion.joints import BONES
-from refimpl.motion.prepare import fit_normaliser
+from refimpl.motion.windows import fit_normaliser
 from refimpl.embedded.walkers import make_clip
 from refimpl.motion.body import make_take
 

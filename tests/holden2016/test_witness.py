@@ -14,7 +14,7 @@ from refimpl.holden2017.train import State
 from refimpl.motion import bvh, rotation, skeleton
 from refimpl.motion.foot_ik import two_bone
 from refimpl.motion.joints import map_joints
-from refimpl.motion.prepare import foot_contacts
+from refimpl.motion.feet import foot_contacts
 
 F32 = 8e-8
 

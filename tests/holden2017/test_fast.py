@@ -19,7 +19,7 @@ from refimpl.holden2017.step import AutoencoderStep, StyleStep
 from refimpl.holden2017.stylist import Stylist
 from refimpl.holden2017.objective import Batch, Weights
 from refimpl.motion.joints import BONES
-from refimpl.motion.prepare import Normaliser
+from refimpl.motion.windows import Normaliser
 
 
 def made(seed, *, hidden=10, channels=6, width=9, T_width=None, dtype=float):

@@ -10,7 +10,7 @@ from refimpl.holden2017.known import LEAST, STRANGE, known
 from refimpl.holden2017.model import Manifold, Style, load_style, save_style
 from refimpl.holden2017.transfer import transfer
 from refimpl.motion.features import SIDEWAYS, bone_lengths, path_error, path_length
-from refimpl.motion.prepare import fit_normaliser
+from refimpl.motion.windows import fit_normaliser
 from refimpl.embedded.walkers import make_clip, make_database
 from refimpl.motion.body import make_take
 

@@ -22,7 +22,7 @@ from refimpl.motion.bvh import BVHError
 from refimpl.motion.dataset import LabelError, assemble, labels_from_file, load_dataset, save_dataset
 from refimpl.motion.features import FEATURES
 from refimpl.motion.joints import BONES, MappingError, map_joints, read_mapping
-from refimpl.motion.prepare import Normaliser
+from refimpl.motion.windows import Normaliser
 from refimpl.motion.body import make_take
 from refimpl.storage import FormatError
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from refimpl.motion import foot_ik
-from refimpl.motion.footing import floor_penetration, foot_skate, jerk
+from refimpl.motion.feet import floor_penetration, foot_skate, jerk
 from refimpl.motion.joints import BONES, FEET, LEGS, SLOT
 from refimpl.embedded.walkers import make_clip
 from refimpl.motion.body import make_take

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from refimpl.motion import rotation, skeleton
-from refimpl.motion.footing import jerk
+from refimpl.motion.feet import jerk
 from refimpl.embedded.walkers import make_clip
 from refimpl.motion.body import make_take
 

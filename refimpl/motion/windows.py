@@ -1,41 +1,14 @@
-r"""What training needs beside the 66 numbers: foot contacts, windows of equal length, and a
-normaliser.
-"""
+r"""What training needs beside the 66 numbers: windows of equal length and a normaliser."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from .features import FEATURES, POSITIONS, TRANSLATION, TURN, VELOCITIES, floor_height, leg_length
+from .features import FEATURES, POSITIONS, TRANSLATION, TURN, VELOCITIES
 from .joints import FEET, JOINTS
 
 # frames at 60 a second (section 3.1: 240, overlapping)
 WINDOW, STEP = 240, 120
-
-# A foot is planted while it is slow and low. In leg lengths (thigh + shin = 80.07 cm on the clips
-# where these were measured: squared speed below 1.5 cm^2 / frame^2, ankle below 11 cm, ball of the
-# foot below 3 cm, above the lowest resting toe).
-CONTACT_SPEED2 = 1.5 / 80.07 ** 2
-CONTACT_HEIGHTS = np.array([11.0, 3.0, 11.0, 3.0]) / 80.07
-
-
-def foot_contacts(positions, floor=None):
-    r"""Which feet are planted in each frame: slow and low, in units of the character's leg.
-
-        planted_j[t] = |p_j[t+1] - p_j[t]|^2 < 2.3e-4 leg^2   and   y_j[t] - floor < 0.14 leg (heel), 0.037 leg (toe)
-
-    positions : (T, 21, 3) at 60 frames a second, y up  ->  (T, 4) bool: left heel, left toe, right
-    heel, right toe. The last row repeats the one before.
-    """
-    floor = floor_height(positions) if floor is None else floor
-    leg = leg_length(positions)
-    feet = positions[:, FEET]                                                            # (T, 4, 3)
-    speed2 = np.zeros(feet.shape[:2])
-    speed2[:-1] = np.sum(np.diff(feet, axis=0) ** 2, axis=-1)
-    planted = (speed2 < CONTACT_SPEED2 * leg ** 2) & (feet[..., 1] - floor < CONTACT_HEIGHTS * leg)
-    if len(planted) > 1:
-        planted[-1] = planted[-2]
-    return planted
 
 
 def windows(features, contacts, length=WINDOW, step=STEP):
