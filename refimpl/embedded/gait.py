@@ -13,6 +13,7 @@ import numpy as np
 from scipy.ndimage import convolve1d, maximum_filter1d
 
 from ..motion import rotation
+from ..motion.easing import bump, ease, glide
 
 THIGH, SHIN = 39.0, 41.0
 ANKLE_HEIGHT, TOE_HEIGHT = 11.74, 4.25                       # of a foot that stands flat
@@ -72,30 +73,6 @@ JOG = Gait(speed=240.0, stride=168.0, slowest=120.0, fastest=380.0, stance=0.35,
 STAND = Gait(speed=0.0, stride=0.0, slowest=0.0, fastest=0.0, stance=1.0, longest=1.0, landing=0.5,
              flat=0.0, heel_off=1.0, strike=0.0, push=0.0, clearance=0.0, width=9.0, height=92.6,
              bounce=0.0, sway=1.5, lean=0.0, elbow=12.0, arm_swing=1.5, twist=1.0)
-
-
-def ease(u):
-    r"""From 0 to 1 with zero velocity and acceleration at both ends: `6 u^5 - 15 u^4 + 10 u^3`,
-    constant outside [0, 1].
-    """
-    u = np.clip(u, 0.0, 1.0)
-    return u ** 3 * (10.0 + u * (6.0 * u - 15.0))
-
-
-def bump(u):
-    r"""From 0 up to 1 at u = 1/2 and back to 0: `64 u^3 (1-u)^3`, zero outside [0, 1]."""
-    u = np.clip(u, 0.0, 1.0)
-    return (4.0 * u * (1.0 - u)) ** 3
-
-
-def glide(u):
-    r"""From 0 to 1 with zero velocity at both ends: `3 u^2 - 2 u^3`, constant outside [0, 1].
-
-    It arrives later than `ease`, so that a swinging foot does not wait, out of the hips' reach, for
-    its landing.
-    """
-    u = np.clip(u, 0.0, 1.0)
-    return u * u * (3.0 - 2.0 * u)
 
 
 def forward_of(yaw):

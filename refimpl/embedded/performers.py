@@ -18,7 +18,7 @@ import numpy as np
 
 from ..motion import rotation
 from ..motion.clip import Clip
-from .gait import ease
+from ..motion.easing import ease
 from ..motion.joints import PARENTS, SLOT, SLOTS
 from ..motion.skeleton import forward_kinematics
 from .manner import person

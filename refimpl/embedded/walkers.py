@@ -12,6 +12,7 @@ import numpy as np
 from . import gait as legs
 from ..motion import rotation
 from ..motion.bvh import Clip, Joint
+from ..motion.easing import ease
 from ..motion.joints import PARENTS, SLOT, SLOTS
 from .manner import STYLES, Person, Style, blend, person  # noqa: F401  (blend is part of this module's face)
 
@@ -159,7 +160,7 @@ def _path(rng, frames, speed, turn, cadence):
     start = int(np.ceil(3.0 / cadence * FPS))
     time = (np.arange(frames + 2 * start) - start) / FPS
     wander = (0.03 if speed else 0.0) * _slow(rng, time)
-    rate = turn * legs.ease(time / 0.8)
+    rate = turn * ease(time / 0.8)
     yaw = np.cumsum(rate) / FPS + wander
     yaw = yaw - yaw[start]
     position = np.cumsum(speed / FPS * legs.forward_of(yaw), axis=0)

@@ -2,6 +2,7 @@
 
 - `clip`: what a clip is.   `bvh`: files, exact or refused.
   `rotation`: free functions on [..., 3, 3].   `skeleton`: poses, forward kinematics, frame rates.
+- `easing`: curves that begin and end gently.
 - `joints`: the 21 joints and which joint of a file feeds each.
   `features`: the 66 numbers a frame, and back.
 - `body`: one clip made ready, and moved points back to rotations of the clip's own skeleton.

@@ -16,6 +16,7 @@ t + 1, as in `feet.foot_contacts`.
 import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
+from .easing import blended
 from .feet import checked_contacts
 from .features import checked_positions
 from .joints import LEGS
@@ -86,10 +87,10 @@ def foot_targets(ankle, toe, contacts, floor, blend=BLEND):
     points = locks(ankle, toe, contacts, floor, blend)
     held = [~np.isnan(p[:, 0]) for p in points]
     foot = _as_long(
-        toe - ankle + faded(points[1] - points[0] - (toe - ankle), held[0] & held[1], blend), long)
+        toe - ankle + blended(points[1] - points[0] - (toe - ankle), held[0] & held[1], blend), long)
     goal = np.where(held[0][:, None], points[0], np.where(held[1][:, None], points[1] - foot,
                                                           np.nan))
-    goal = ankle + faded(goal - ankle, held[0] | held[1], blend)
+    goal = ankle + blended(goal - ankle, held[0] | held[1], blend)
     depth = np.maximum(0.0, floor - np.minimum(goal[:, 1], goal[:, 1] + foot[:, 1]))
     goal[:, 1] += np.where(held[0] | held[1], 0.0, depth)
     return goal, foot
@@ -124,28 +125,6 @@ def stretches(labels):
     """Runs of true labels.   (T,) bool  ->  list of (begin, end), end not among them"""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], labels, [False]]).astype(int)))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2])]
-
-
-def faded(values, known, frames):
-    r"""Values where they are known; elsewhere the neighbours' on both sides, fading to 0 within
-    `frames` by 1 - 3 x^2 + 2 x^3; across a shorter gap the two weights add up to 1.
-    (T, D), (T,) bool  ->  (T, D)"""
-    at = np.flatnonzero(known)
-    out = np.where(known[:, None], values, 0.0)
-    if not len(at):
-        return out
-    t = np.arange(len(known))
-    # the first known frame at or after t
-    after = np.searchsorted(at, t)
-    before = at[np.maximum(after - 1, 0)]
-    next_ = at[np.minimum(after, len(at) - 1)]
-    gap = np.where((after > 0) & (after < len(at)), next_ - before, frames + 1)
-    reach = np.minimum(gap, frames + 1)
-    for here, there in ((before, after > 0), (next_, after < len(at))):
-        x = np.clip(np.abs(t - here) / np.maximum(reach, 1), 0.0, 1.0)
-        weight = np.where(~known & there, 1 - 3 * x ** 2 + 2 * x ** 3, 0.0)
-        out += weight[:, None] * np.where(weight[:, None] > 0, values[here], 0.0)
-    return out
 
 
 def sink(raw, ankles, blend=BLEND):

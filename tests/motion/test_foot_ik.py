@@ -114,15 +114,6 @@ def test_an_ankle_and_a_toe_that_meet_are_one_foot_apart():
     assert (np.diff(a[5:16], axis=0) == 0).all() and (np.diff(b[10:26], axis=0) == 0).all()
 
 
-def test_values_fade_from_both_sides_and_a_short_gap_is_filled():
-    values, known = np.full((30, 1), 2.0), np.zeros(30, bool)
-    known[[5, 9, 25]] = True
-    out = foot_ik.faded(values, known, 4)[:, 0]
-    np.testing.assert_allclose(out[5:10], 2.0)
-    assert out[0] == out[17] == 0 and (np.diff(out[:6]) >= 0).all() and (np.diff(out[9:15]) <= 0).all() and 0 < out[13] < out[10] < 2
-    assert not foot_ik.faded(values, np.zeros(30, bool), 4).any()
-
-
 @pytest.mark.parametrize("blend", [0, 1.5, True, -3])
 def test_a_blend_that_cannot_be_is_named(walk, blend):
     with pytest.raises(ValueError, match="blend: found .*, needed a whole number of frames from 1 on"):
