@@ -14,7 +14,7 @@ import numpy as np
 from ..motion.body import fit_pose, points, to_scale
 from ..motion.clip import Clip
 from ..motion.features import FPS, TRANSLATION, VELOCITIES, decode, path_error, path_length
-from ..motion.foot_ik import plant
+from ..motion.foot_ik import lock_feet
 from ..motion.feet import pace
 from ..motion.skeleton import with_pose
 from .known import STRANGE
@@ -130,6 +130,6 @@ def onto_skeleton(take, features, *, clean=True):
     """
     pose = fit_pose(take, decode(features, take.start))
     if clean:
-        goals = plant(points(take, *pose), take.contacts, take.start.floor)
+        goals = lock_feet(points(take, *pose), take.contacts, take.start.floor)
         pose = fit_pose(replace(take, rotations=pose[0], translations=pose[1]), goals)
     return Stylised(with_pose(take.clip, *pose, 1.0 / FPS), points(take, *pose), features)

@@ -5,7 +5,7 @@ and no bone changes its length.
    (`locks`); an ankle's and a toe's that meet are as far apart as the foot is long.
 2. The feet go there and, before and after, blend back into what they did (`foot_targets`); no free
    foot's toe goes below the floor (under a locked heel it may: nothing lifts it there).
-3. Where a leg is too short, the whole body sinks, ahead of time and smoothly (`sink`).
+3. Where a leg is too short, the whole body sinks, ahead of time and smoothly (`lowered`).
 4. Thigh and shin reach the ankle by the law of cosines, the knee on the side where it was
    (`two_bone`).
 
@@ -30,7 +30,7 @@ DEEPEST = 0.12
 REACH = 0.9995
 
 
-def plant(positions, contacts, floor=0.0, *, blend=BLEND):
+def lock_feet(positions, contacts, floor=0.0, *, blend=BLEND):
     """Lock planted feet. Every bone below the hips keeps its length in every frame; nothing else
     moves, except down with the hips.
 
@@ -45,7 +45,7 @@ def plant(positions, contacts, floor=0.0, *, blend=BLEND):
         foot_targets(raw[:, ankle], raw[:, toe], contacts[:, 2 * n:2 * n + 2], floor, blend)
         for n, (_, _, ankle, toe) in enumerate(LEGS)]
     planted = raw.copy()
-    planted[..., 1] -= sink(raw, [ankle for ankle, _ in feet], blend)[:, None]
+    planted[..., 1] -= lowered(raw, [ankle for ankle, _ in feet], blend)[:, None]
     for (hip, knee, ankle, toe), (goal, foot) in zip(LEGS, feet):
         thigh, shin = (np.linalg.norm(raw[:, a] - raw[:, b], axis=1)
                        for a, b in ((knee, hip), (ankle, knee)))
@@ -127,7 +127,7 @@ def stretches(labels):
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2])]
 
 
-def sink(raw, ankles, blend=BLEND):
+def lowered(raw, ankles, blend=BLEND):
     """How far the body goes down so that both legs reach, as far as going down helps: the largest
     need nearby, its running mean; never beyond `DEEPEST`.
 

@@ -8,10 +8,10 @@ from .features import FEATURES, POSITIONS, TRANSLATION, TURN, VELOCITIES
 from .joints import FEET, JOINTS
 
 # frames at 60 a second (section 3.1: 240, overlapping)
-WINDOW, STEP = 240, 120
+WINDOW, HOP = 240, 120
 
 
-def windows(features, contacts, length=WINDOW, step=STEP):
+def windows(features, contacts, length=WINDOW, step=HOP):
     """Cut a clip into windows of one length; pad a shorter one with its first and last frame,
     standing still.
 
