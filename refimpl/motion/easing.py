@@ -1,11 +1,13 @@
-r"""Curves that begin and end gently: from rest to rest, up and back again, and from what is known into
-what is not.
+"""Curves that begin and end gently: from rest to rest, up and back again, and from what is known
+into what is not.
 """
+
+from typing import Any
 
 import numpy as np
 
 
-def ease(u: np.ndarray | float) -> np.ndarray:
+def ease(u: Any) -> np.ndarray:
     r"""From 0 to 1 with zero velocity and acceleration at both ends: `6 u^5 - 15 u^4 + 10 u^3`,
     constant outside [0, 1].
 
@@ -16,7 +18,7 @@ def ease(u: np.ndarray | float) -> np.ndarray:
     return u ** 3 * (10.0 + u * (6.0 * u - 15.0))
 
 
-def glide(u: np.ndarray | float) -> np.ndarray:
+def glide(u: Any) -> np.ndarray:
     r"""From 0 to 1 with zero velocity at both ends: `3 u^2 - 2 u^3`, constant outside [0, 1].
 
     It arrives later than `ease`, so that a swinging foot does not wait, out of the hips' reach, for
@@ -29,7 +31,7 @@ def glide(u: np.ndarray | float) -> np.ndarray:
     return u * u * (3.0 - 2.0 * u)
 
 
-def bump(u: np.ndarray | float) -> np.ndarray:
+def bump(u: Any) -> np.ndarray:
     r"""From 0 up to 1 at u = 1/2 and back to 0: `64 u^3 (1 - u)^3`, zero outside [0, 1].
 
     >>> bump([-1, 0, 0.25, 0.5, 1, 2]).round(4)
