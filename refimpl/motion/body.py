@@ -9,7 +9,7 @@ no slot come from the content clip.
 """
 
 from dataclasses import dataclass, field
-import os
+from pathlib import Path
 
 import numpy as np
 
@@ -87,7 +87,7 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
                 foot_contacts(positions, start.floor))
 
 
-def read_take(path: str | os.PathLike, overrides: dict[str, str] | None = None) -> Take:
+def read_take(path: str | Path, overrides: dict[str, str] | None = None) -> Take:
     """Read a BVH file and make it ready.
 
     path : the file;  overrides : {slot: joint}   ->  Take

@@ -8,7 +8,7 @@ move). A file's joints are found by name; whoever has other names brings a mappi
 from collections.abc import Sequence
 import csv
 from dataclasses import dataclass
-import os
+from pathlib import Path
 import re
 
 import numpy as np
@@ -148,7 +148,7 @@ def _toe_tip(foot):
     return np.array(foot.end_site) if np.any(foot.end_site or 0) else None
 
 
-def read_mapping(path: str | os.PathLike) -> dict[str, str]:
+def read_mapping(path: str | Path) -> dict[str, str]:
     """A user's mapping file: CSV lines `slot,joint`, with or without that header; `#` begins a
     comment.
 
