@@ -18,7 +18,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from .joints import BONES, FEET, JOINTS, LEGS, SLOT
-from .rotation import yaw_rotation
+from .rotation import nearest_turn, yaw_rotation
 
 POSITIONS = slice(0, 3 * JOINTS)
 TURN = 3 * JOINTS
@@ -170,7 +170,7 @@ def encode(positions: np.ndarray, floor: float | None = None) -> tuple[np.ndarra
 
     features = np.zeros((len(positions), FEATURES))
     features[:, POSITIONS] = local.reshape(len(positions), -1)
-    features[:-1, TURN] = (np.diff(yaw) + np.pi) % (2 * np.pi) - np.pi
+    features[:-1, TURN] = nearest_turn(np.diff(yaw))
     features[:-1, FORWARD], features[:-1, SIDEWAYS] = velocity[:, 0, 2], velocity[:, 0, 0]
     features[-1, VELOCITIES] = features[-2:, VELOCITIES][0]          # a single frame stands still
     x, z = map(float, root[0])

@@ -269,6 +269,15 @@ def best_rotation(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return nearest_rotation(b.swapaxes(-1, -2) @ a)
 
 
+def nearest_turn(angle: Any) -> np.ndarray:
+    """The same angle within half a turn of zero, radians.
+
+    >>> float(nearest_turn(1.5 * np.pi) / np.pi)
+    -0.5
+    """
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
 def yaw_rotation(yaw: Any) -> np.ndarray:
     r"""Turn about the vertical y axis: a figure that faces +z at yaw 0 faces (sin yaw, 0, cos yaw),
     the last column; positive is to its left.
