@@ -162,13 +162,11 @@ def plan_foot(phase: np.ndarray, path: Path, side: int, start: float, stance: fl
     lift, land = gait.heel_off * stance, gait.flat * stance
     peak, back = stance + 0.06 * (1.0 - stance), stance + 0.72 * (1.0 - stance)
     raise_toe = 1.0 - 0.55 * (1.0 - stance)
-    if stance < 1.0:
-        h = (push * ease((c - lift) / max(peak - lift, 1e-9))
-             * (1.0 - ease((c - peak) / max(back - peak, 1e-9))))
-        g = strike * np.where(c < stance, 1.0 - ease(c / max(land, 1e-9)),
-                              ease((c - raise_toe) / max(1.0 - raise_toe, 1e-9)))
-    else:
-        h, g = np.zeros_like(c), np.zeros_like(c)
+    push, strike = (push, strike) if stance < 1.0 else (0.0, 0.0)    # who stands does not roll
+    h = (push * ease((c - lift) / max(peak - lift, 1e-9))
+         * (1.0 - ease((c - peak) / max(back - peak, 1e-9))))
+    g = strike * np.where(c < stance, 1.0 - ease(c / max(land, 1e-9)),
+                          ease((c - raise_toe) / max(1.0 - raise_toe, 1e-9)))
 
     turn = rotation.yaw_rotation(yaw)
     flat = (turn @ FOOT[:, None])[..., 0]

@@ -27,7 +27,6 @@ from .rotation import shortest_rotation
 BLEND = 8            # frames before and after a lock in which a foot finds its way: 0.13 s
 DEEPEST = 0.12       # of a leg: the body goes no lower; a foot locked too far away slides instead
 STRAIGHT = 0.9995    # of thigh + shin: no leg is stretched further, so that its knee does not lock
-TINY = float(np.finfo(float).tiny)
 
 
 def lock_feet(positions: np.ndarray, contacts: np.ndarray, floor: float = 0.0, *,
@@ -75,7 +74,7 @@ def two_bone(hip: np.ndarray, ankle: np.ndarray, thigh: np.ndarray | float,
     array([[0., 4., 3.]])
     """
     along = ankle - hip
-    d = np.maximum(np.linalg.norm(along, axis=-1), TINY)
+    d = np.maximum(np.linalg.norm(along, axis=-1), np.finfo(float).tiny)
     u = along / d[..., None]
     a = np.clip((thigh ** 2 - shin ** 2 + d ** 2) / (2 * d), -thigh, thigh)
     n = bend - np.sum(bend * u, axis=-1, keepdims=True) * u
