@@ -82,9 +82,8 @@ def labels_by_pattern(paths: Iterable[Path],
     """
     try:
         expression = re.compile(pattern)
-    except re.error as error:
-        raise LabelError(f"pattern {pattern!r}: found {error}, needed a regular expression"
-                         ) from None
+    except re.error as why:
+        raise LabelError(f"pattern {pattern!r}: found {why}, needed a regular expression") from None
     if not {"content", "style"} <= set(expression.groupindex):
         raise LabelError(f"pattern {pattern!r}: needed the named groups (?P<content>...) and "
                          "(?P<style>...)")

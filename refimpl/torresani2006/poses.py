@@ -138,10 +138,9 @@ def _direction(v, before):
 
 def _odd_names(clip, joints):
     """Some names that tell two skeletons apart; nothing where they are the same."""
-    here, there = ({joint.name: joint.parent for joint in of} for of in (clip.joints, joints))
-    if list(here.items()) == list(there.items()):
-        return ""
-    return ", ".join(sorted(set(here) ^ set(there))[:4]) or "the same names in another order"
+    here, there = ([(joint.name, joint.parent) for joint in of] for of in (clip.joints, joints))
+    odd = sorted({name for name, _ in here} ^ {name for name, _ in there})[:4]
+    return "" if here == there else ", ".join(odd) or "the same names in another order"
 
 
 def fit_body(clips: Iterable[Clip]) -> Body:
