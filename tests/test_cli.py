@@ -10,9 +10,9 @@ import pytest
 from refimpl.cli import main
 from refimpl.motion.known import known
 from refimpl.styles.files import load_style, save_style
-from refimpl.motion import bvh, take
+from refimpl.motion import bvh, body as take
 from refimpl.embedded import walkers as synthetic
-from refimpl.motion.footing import foot_skate
+from refimpl.motion.feet import foot_skate
 
 
 @pytest.fixture(scope="session")

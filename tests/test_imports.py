@@ -77,5 +77,5 @@ def test_two_levels_and_short_files():
 
 def test_no_matplotlib_without_pictures():
     code = ("import sys; sys.modules['matplotlib'] = None\n"
-            "import refimpl, refimpl.nn, refimpl.cli, refimpl.motion.take, refimpl.holden2017.train, refimpl.holden2017.transfer")
+            "import refimpl, refimpl.nn, refimpl.cli, refimpl.motion.body, refimpl.holden2017.train, refimpl.holden2017.transfer")
     subprocess.run([sys.executable, "-c", code], check=True)

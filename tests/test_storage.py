@@ -11,7 +11,7 @@ from refimpl.styles.files import load_manifold, load_style, save_manifold, save_
 from refimpl.motion.dataset import Dataset, Labelled, load_dataset, save_dataset
 from refimpl.motion.features import FEATURES
 from refimpl.motion.joints import BONES
-from refimpl.motion.prepare import Normaliser
+from refimpl.motion.windows import Normaliser
 from refimpl.storage import FormatError, atomic_write, load_npz, save_npz
 
 numbers = arrays(st.sampled_from([np.float32, np.float64, np.int64, bool]), array_shapes(max_dims=3, max_side=4, min_side=0))

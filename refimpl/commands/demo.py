@@ -8,7 +8,8 @@ import time
 import numpy as np
 
 from ..fast import networks
-from ..fast.gradients import autoencoder_gradients, style_gradients
+from ..fast.autoencoder import autoencoder_gradients
+from ..fast.gradients import style_gradients
 from ..holden2017.pairing import clean_windows, make_training_set
 from ..experiments.measures import held_out_distances
 from ..holden2017.trained import Manifold
@@ -20,7 +21,7 @@ from ..motion.bvh import write_bvh
 from ..motion.dataset import assemble, save_dataset
 from ..motion.features import path_error, path_length
 from ..embedded.walkers import STYLES, make_database
-from ..motion.take import make_take
+from ..motion.body import make_take
 from ..storage import atomic_write
 from .options import OutputFolder, there_already, whole
 from .progress import Progress, epoch_line

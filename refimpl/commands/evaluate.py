@@ -9,9 +9,10 @@ import numpy as np
 from ..experiments import evaluate
 from ..holden2016 import bridge
 from ..styles.files import load_style
-from ..motion.dataset import find_clips, load_dataset, to_scale
+from ..motion.dataset import find_clips, load_dataset
+from ..motion.body import to_scale
 from ..motion.features import Start, decode
-from ..motion.take import read_take
+from ..motion.body import read_take
 from ..storage import atomic_write
 from .options import InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole, write_report
 from .progress import Progress, table

@@ -9,7 +9,7 @@ from ..experiments import holden
 from ..holden2017.objective import WEIGHTS
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
 from ..embedded.walkers import make_database
-from ..motion.take import make_take, read_take
+from ..motion.body import make_take, read_take
 from .options import InputFolder, OutputPath, pattern, whole, write_report
 from .progress import Progress, table
 

@@ -6,9 +6,9 @@ Exit status 2 when a joint that is needed was not found; what was found is print
 import numpy as np
 
 from ..motion import bvh
-from ..motion.features import leg_length
+from ..motion.features import bone_lengths, leg_length
 from ..motion.joints import SLOTS, MappingError, map_joints, read_mapping
-from ..motion.take import bone_lengths, guess_unit, make_take, standing_height
+from ..motion.body import guess_unit, make_take, standing_height
 from ..storage import atomic_write
 from .options import InputPath, OutputPath, write_report
 

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from ..fast import networks
-from ..fast.gradients import autoencoder_gradients, style_gradients
+from ..fast.autoencoder import autoencoder_gradients
+from ..fast.gradients import style_gradients
 from ..fast.shards import sharded
 from ..holden2016 import bridge
 from ..experiments.measures import held_out_distances
@@ -23,7 +24,7 @@ from ..styles.files import load_manifold, save_manifold, save_style
 from ..holden2017.objective import EQUATION_10, WEIGHED, WEIGHTS, Weights
 from ..holden2017.train import AUTOENCODER_RATE, BATCH, RATE, train_autoencoder, train_style
 from ..motion.dataset import load_dataset
-from ..motion.prepare import FORMS
+from ..motion.windows import FORMS
 from ..storage import atomic_write, set_aside
 from .options import InputPath, OutputPath, number, whole
 from .progress import Progress, epoch_line, table

@@ -8,11 +8,10 @@ from ..fast import networks
 from ..holden2016 import bridge, own, search
 from ..styles.files import load_manifold, load_style
 from ..holden2017.transfer import transfer
+from ..motion.body import carries_hips, guess_unit, read_take, standing_height
 from ..motion.bvh import write_bvh
-from ..motion.features import path_length
+from ..motion.features import bone_lengths, path_length
 from ..motion.joints import SLOT, MappingError, read_mapping
-from ..motion.retarget import carries_hips
-from ..motion.take import bone_lengths, guess_unit, read_take, standing_height
 from .options import InputPath, OutputPath, check_ending, number, whole, write_report
 
 DESCRIPTION = """A clip in another style, on its own skeleton, at 60 frames a second: by a trained network (the system of 2017), or by an

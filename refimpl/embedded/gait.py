@@ -7,36 +7,37 @@ its left side at (cos a, 0, -sin a). Every curve is closed-form in the phase wit
 velocity; time is always the first axis, and nothing loops over it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import convolve1d, maximum_filter1d
 
 from ..motion import rotation
+from ..motion.easing import bump, ease, glide
+from ..motion.foot_ik import two_bone
 
 THIGH, SHIN = 39.0, 41.0
-ANKLE_HEIGHT, TOE_HEIGHT = 11.74, 4.25                       # of a foot that stands flat
-# from the ankle to the ball of the flat foot: 11.76 cm long
-FOOT = np.array([0.0, TOE_HEIGHT - ANKLE_HEIGHT, 9.06])
-# how far a planted leg is stretched at most: 19 degrees of knee
-REACH = 0.986 * (THIGH + SHIN)
+ANKLE_HEIGHT, TOE_HEIGHT = 11.74, 4.25       # of a foot that stands flat
+FOOT = np.array([0.0, TOE_HEIGHT - ANKLE_HEIGHT, 9.06])      # from ankle to ball, 11.76 long
+LEG_REACH = 0.986 * (THIGH + SHIN)           # of a planted leg at most: 19 degrees of knee
 
 
 @dataclass(frozen=True)
 class Gait:
     """A content: what the legs do before any style.
 
-    speed : cm/s;  stride : cm from one landing of a foot to its next, at that speed;  slowest,
-    fastest : cm/s;
-    stance : part of the cycle that a foot is planted;  longest : its limit for any style (below
-    0.5: both feet leave the floor);
-    landing : part of the stance before the hips are above the ankle;  flat, heel_off : parts of the
-    stance after which the sole lies flat and the heel rises;
-    strike, push : pitch of the foot when it lands (toe up) and when it leaves (heel up), degrees;
-    clearance : cm by which a swinging foot is lifted;  width : cm between an ankle and the path;
-    height : cm, hips above the floor;  bounce : cm, amplitude of the hips, positive when highest
-    over a planted foot;
-    sway : cm, amplitude of the hips sideways;  lean, elbow, arm_swing, twist : degrees.
+    speed : cm/s;  stride : cm from one landing of a foot to its next, at that speed
+    slowest, fastest : cm/s
+    stance : part of the cycle that a foot is planted
+    longest : its limit for any style (below 0.5: both feet leave the floor)
+    landing : part of the stance before the hips are above the ankle
+    flat, heel_off : parts of the stance after which the sole lies flat and the heel rises
+    strike, push : pitch of the foot when it lands (toe up) and when it leaves (heel up), degrees
+    clearance : cm by which a swinging foot is lifted;  width : cm between an ankle and the path
+    height : cm, hips above the floor
+    bounce : cm, amplitude of the hips, positive when highest over a planted foot
+    sway : cm, amplitude of the hips sideways;  lean, elbow, arm_swing, twist : degrees
     """
 
     speed: float
@@ -74,53 +75,32 @@ STAND = Gait(speed=0.0, stride=0.0, slowest=0.0, fastest=0.0, stance=1.0, longes
              bounce=0.0, sway=1.5, lean=0.0, elbow=12.0, arm_swing=1.5, twist=1.0)
 
 
-def ease(u):
-    r"""From 0 to 1 with zero velocity and acceleration at both ends: `6 u^5 - 15 u^4 + 10 u^3`,
-    constant outside [0, 1].
-    """
-    u = np.clip(u, 0.0, 1.0)
-    return u ** 3 * (10.0 + u * (6.0 * u - 15.0))
+def forward_of(yaw: np.ndarray) -> np.ndarray:
+    """Where a body with this yaw faces.   yaw : (...)  ->  (..., 3)"""
+    return rotation.yaw_rotation(yaw)[..., 2]
 
 
-def bump(u):
-    r"""From 0 up to 1 at u = 1/2 and back to 0: `64 u^3 (1-u)^3`, zero outside [0, 1]."""
-    u = np.clip(u, 0.0, 1.0)
-    return (4.0 * u * (1.0 - u)) ** 3
-
-
-def glide(u):
-    r"""From 0 to 1 with zero velocity at both ends: `3 u^2 - 2 u^3`, constant outside [0, 1].
-
-    It arrives later than `ease`, so that a swinging foot does not wait, out of the hips' reach, for
-    its landing.
-    """
-    u = np.clip(u, 0.0, 1.0)
-    return u * u * (3.0 - 2.0 * u)
-
-
-def forward_of(yaw):
-    """Where a body with this yaw faces.   (...)  ->  (..., 3)"""
-    return np.stack([np.sin(yaw), np.zeros_like(yaw), np.cos(yaw)], axis=-1)
-
-
-def left_of(yaw):
-    """Where its left side is.   (...)  ->  (..., 3)"""
-    return np.stack([np.cos(yaw), np.zeros_like(yaw), -np.sin(yaw)], axis=-1)
+def left_of(yaw: np.ndarray) -> np.ndarray:
+    """Where its left side is.   yaw : (...)  ->  (..., 3)"""
+    return rotation.yaw_rotation(yaw)[..., 0]
 
 
 @dataclass(frozen=True)
 class Path:
     """Where the body is on the floor, sampled finely and beyond both ends of the clip.
 
-    phase : (n,) cycles, rising;  position : (n, 3) cm, y = 0;  yaw : (n,) radians, not wrapped.
+    phase : (n,) cycles, rising;  position : (n, 3) cm, y = 0;  yaw : (n,) radians, not wrapped
     """
 
     phase: np.ndarray
     position: np.ndarray
     yaw: np.ndarray
 
-    def at(self, phase):
-        """Position (..., 3) and yaw (...) when the gait is at `phase` (...)."""
+    def at(self, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where the body is when the gait is at a phase.
+
+        phase : (...)  ->  position (..., 3), yaw (...)
+        """
         x, z, yaw = (np.interp(phase, self.phase, column)
                      for column in (self.position[:, 0], self.position[:, 2], self.yaw))
         return np.stack([x, np.zeros_like(x), z], axis=-1), yaw
@@ -130,10 +110,10 @@ class Path:
 class FootPlan:
     """One foot over time.
 
-    ankle : (T, 3);  yaw, pitch : (T,), positive to the left and heel up;  bend : (T,) of the toes
-    against the foot;
-    heel, toe : (T,) bool, while one is True that joint does not move;  swing : (T,) 0 to 1 within
-    the swing, 0 while planted.
+    ankle : (T, 3);  yaw, pitch : (T,), positive to the left and heel up
+    bend : (T,) of the toes against the foot
+    heel, toe : (T,) bool, while one is True that joint does not move
+    swing : (T,) 0 to 1 within the swing, 0 while planted
     """
 
     ankle: np.ndarray
@@ -145,8 +125,9 @@ class FootPlan:
     swing: np.ndarray
 
 
-def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, strike, push,
-              clearance, around):
+def plan_foot(phase: np.ndarray, path: Path, side: int, start: float, stance: float, gait: Gait, *,
+              width: float, ahead: float, toe_out: float, strike: float, push: float,
+              clearance: float, around: float) -> FootPlan:
     r"""The curve of a foot that lands at phases `start + k` and stays for `stance` of the cycle.
 
     The footprint lies beside the place where the body is in mid-stance. B is where the ball of the
@@ -156,12 +137,12 @@ def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, 
 
         ankle = B + R(h) a,     ball = ankle - R(h - g) a
 
-    So the ankle rests exactly while B rests and h = 0, the ball rests exactly while B rests and g =
-    0.
+    So the ankle rests exactly while B rests and h = 0, the ball rests exactly while B rests and
+    g = 0.
 
-    phase : (T,) cycles;  side : +1 left, -1 right;  width, ahead, clearance, around : cm (ahead:
-    the print is moved forward; around: the swing bends outwards);  toe_out, strike, push : radians
-    ->  FootPlan
+    phase : (T,) cycles;  side : +1 left, -1 right;  toe_out, strike, push : radians
+    width, ahead, clearance, around : cm (ahead: the print is moved forward; around: the swing bends
+        outwards)
     """
     cycle = np.floor(phase - start)
     c = phase - start - cycle
@@ -180,13 +161,12 @@ def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, 
 
     lift, land = gait.heel_off * stance, gait.flat * stance
     peak, back = stance + 0.06 * (1.0 - stance), stance + 0.72 * (1.0 - stance)
-    h = push * ease((c - lift) / max(peak - lift, 1e-9)) * (1.0 - ease(
-        (c - peak) / max(back - peak, 1e-9)))
     raise_toe = 1.0 - 0.55 * (1.0 - stance)
+    push, strike = (push, strike) if stance < 1.0 else (0.0, 0.0)    # who stands does not roll
+    h = (push * ease((c - lift) / max(peak - lift, 1e-9))
+         * (1.0 - ease((c - peak) / max(back - peak, 1e-9))))
     g = strike * np.where(c < stance, 1.0 - ease(c / max(land, 1e-9)),
                           ease((c - raise_toe) / max(1.0 - raise_toe, 1e-9)))
-    if stance >= 1.0:
-        h, g = np.zeros_like(c), np.zeros_like(c)
 
     turn = rotation.yaw_rotation(yaw)
     flat = (turn @ FOOT[:, None])[..., 0]
@@ -196,30 +176,31 @@ def plan_foot(phase, path, side, start, stance, gait, *, width, ahead, toe_out, 
                     planted & (c >= land), u)
 
 
-def hip_height(wanted, hips, sockets, feet, frames):
+def hip_height(wanted: np.ndarray, hips: np.ndarray, sockets: Sequence[np.ndarray],
+               feet: Sequence[FootPlan], frames: int) -> np.ndarray:
     r"""The height of the hips that every planted leg can reach, near the wanted one and smooth.
 
-    A planted leg with its ankle at (x, y, z) allows its socket no more than `y + sqrt(REACH^2 -
-    horizontal distance^2)`. What is wanted beyond that is too much; each frame gives up the most
-    that is too much within `frames` before and after, averaged over the same window. All that is
-    averaged are largest values of windows around the frame in question, so it is never less than
-    what is too much there.
+    A planted leg with its ankle at (x, y, z) allows its socket no more than
+    `y + sqrt(LEG_REACH^2 - horizontal distance^2)`. What is wanted beyond that is too much; each
+    frame gives up the most that is too much within `frames` before and after, averaged over the
+    same window. All that is averaged are largest values of windows around the frame in question, so
+    it is never less than what is too much there.
 
-    wanted : (T,);  hips : (T, 3), y ignored;  sockets : two (T, 3) from the hips to the hip joints;
-    feet : two FootPlans  ->  (T,)
+    wanted : (T,);  hips : (T, 3), y ignored;  sockets : two (T, 3) from the hips to the hip joints
+    feet : of the two legs   ->  (T,)
     Raises ValueError when a planted foot is too far away.
     """
     excess = np.zeros_like(wanted)
     for socket, foot in zip(sockets, feet):
         away = foot.ankle - hips - socket
-        square = REACH ** 2 - away[:, 0] ** 2 - away[:, 2] ** 2
+        square = LEG_REACH ** 2 - away[:, 0] ** 2 - away[:, 2] ** 2
         planted = foot.swing == 0
-        if (square[planted] < (0.6 * REACH) ** 2).any():
-            far = np.sqrt(REACH ** 2 - square[planted].min())
+        if (square[planted] < (0.6 * LEG_REACH) ** 2).any():
+            far = np.sqrt(LEG_REACH ** 2 - square[planted].min())
             raise ValueError(
                 f"speed, turn, style: found a foot planted {far:.0f} cm from the hips, needed at "
-                f"most {0.8 * REACH:.0f} cm "
-                "on a body of average size; take a lower speed or a shorter stride")
+                f"most {0.8 * LEG_REACH:.0f} cm on a body of average size; take a lower speed or "
+                "a shorter stride")
         allowed = foot.ankle[:, 1] - socket[:, 1] + np.sqrt(np.maximum(square, 0.0))
         excess = np.where(planted, np.maximum(excess, wanted - allowed), excess)
     weights = bump(np.arange(1, 2 * frames + 2) / (2 * frames + 2))
@@ -227,7 +208,7 @@ def hip_height(wanted, hips, sockets, feet, frames):
                                weights / weights.sum(), mode="nearest")
 
 
-def within_reach(socket, foot):
+def within_reach(socket: np.ndarray, foot: FootPlan) -> np.ndarray:
     """The ankle, drawn towards its hip joint where it would stretch the leg. Only a swinging foot
     is, and the knee has time to give way.
 
@@ -235,36 +216,32 @@ def within_reach(socket, foot):
     """
     away = foot.ankle - socket
     distance = np.linalg.norm(away, axis=-1, keepdims=True)
-    easy = REACH - 3.0 * (4.0 * foot.swing * (1.0 - foot.swing))[:, None]
-    soft = 1.01 * REACH - easy
+    easy = LEG_REACH - 3.0 * (4.0 * foot.swing * (1.0 - foot.swing))[:, None]
+    soft = 1.01 * LEG_REACH - easy
     over = np.maximum(distance - easy, 0.0) * (foot.swing > 0)[:, None]
     shift = (soft * np.tanh(over / soft) - over) * away / distance
     return foot.ankle + shift
 
 
-def bend_leg(socket, ankle, facing):
-    r"""Two bones between hip joint and ankle, the knee towards `facing` (analytic, law of cosines):
+def bend_leg(socket: np.ndarray, ankle: np.ndarray,
+             facing: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    r"""Two bones between hip joint and ankle, the knee towards `facing` (`foot_ik.two_bone`):
 
-        d = |ankle - socket|
-        cos(hip) = (THIGH^2 + d^2 - SHIN^2) / (2 THIGH d)
-        cos(pi - knee) = (THIGH^2 + SHIN^2 - d^2) / (2 THIGH SHIN)
+        cos(pi - knee) = (THIGH^2 + SHIN^2 - |ankle - socket|^2) / (2 THIGH SHIN)
 
-    Both bones turn about n = facing x direction, the body's left.
+    Both bones turn about facing x (ankle - socket), the body's left.
 
-    socket, ankle, facing : (T, 3)  ->  thigh and shin rotations (T, 3, 3) for bones that lie along
-    -y at rest, knee angle (T,), 0 straight
+    socket, ankle, facing : (T, 3)
+    ->  thigh and shin rotations (T, 3, 3) for bones that lie along -y at rest, knee angle (T,),
+    0 straight
     """
-    away = ankle - socket
-    d = np.linalg.norm(away, axis=-1, keepdims=True)
-    down = away / d
-    n = np.cross(facing, down)
-    n = n / np.linalg.norm(n, axis=-1, keepdims=True)
-    cos_hip = (THIGH ** 2 + d ** 2 - SHIN ** 2) / (2 * THIGH * d)
-    cos_inner = (THIGH ** 2 + SHIN ** 2 - d ** 2) / (2 * THIGH * SHIN)
-    thigh = cos_hip * down + np.sqrt(1.0 - cos_hip ** 2) * np.cross(down, n)
-    shin = (away - THIGH * thigh) / SHIN
-    knee = np.pi - np.arccos(np.clip(cos_inner[:, 0], -1.0, 1.0))
-    return _frame(n, -thigh), _frame(n, -shin), knee
+    knee = two_bone(socket, ankle, THIGH, SHIN, facing)
+    left = np.cross(facing, ankle - socket)
+    left = left / np.linalg.norm(left, axis=-1, keepdims=True)
+    square = np.sum((ankle - socket) ** 2, axis=-1)
+    cos_inner = (THIGH ** 2 + SHIN ** 2 - square) / (2 * THIGH * SHIN)
+    angle = np.pi - np.arccos(np.clip(cos_inner, -1.0, 1.0))
+    return _frame(left, (socket - knee) / THIGH), _frame(left, (knee - ankle) / SHIN), angle
 
 
 def _frame(x, y):

@@ -14,13 +14,16 @@ class Style:
     Factors on the content's own value, 1 is neutral: speed;  stride (at a given speed: below 1
     means more and shorter steps);  clearance of the swinging foot;  roll (heel strike and push-off;
     0: flat feet);  width of the track;  sway of the hips sideways;  twist of pelvis against
-    shoulders;  arm_swing. Added degrees, 0 is neutral: lean of the trunk, forward;  slump (rounding
-    of the upper back);  head (drop);  tilt of the trunk, to the left;  arm_forward;  arm_out;
-    elbow (less the more it is bent already);  tremor.  Degrees: toe_out. Added centimetres: crouch,
-    bounce.  Added part of the cycle on the ground: stance. From 0 to 1: reach (both arms held out
-    in front);  stiffness (knees that hardly bend, feet carried around);  limp (a right leg that
-    hurts: short stance, stiff, the body thrown over the other leg);  sharpness (the sinusoids of
-    arms and trunk become jerks).
+    shoulders;  arm_swing.
+
+    Added degrees, 0 is neutral: lean of the trunk, forward;  slump (rounding of the upper back);
+    head (drop);  tilt of the trunk, to the left;  arm_forward;  arm_out;  elbow (less the more it
+    is bent already);  tremor.  Degrees: toe_out. Added centimetres: crouch, bounce.  Added part of
+    the cycle on the ground: stance.
+
+    From 0 to 1: reach (both arms held out in front);  stiffness (knees that hardly bend, feet
+    carried around);  limp (a right leg that hurts: short stance, stiff, the body thrown over the
+    other leg);  sharpness (the sinusoids of arms and trunk become jerks).
     """
 
     speed: float = 1.0
@@ -61,33 +64,32 @@ STYLES = {
                        arm_swing=0.25, lean=8.0, slump=26.0, head=38.0, arm_forward=4.0, elbow=-8.0,
                        crouch=1.5, stance=0.03),
     "injured": Style(speed=0.6, stride=0.84, roll=0.8, width=1.1, sway=1.4, arm_swing=0.6, lean=8.0,
-                     head=8.0, arm_out=7.0, elbow=16.0,
-                     limp=1.0), "proud": Style(speed=1.05, stride=1.08, roll=1.1, twist=1.2,
-                                               arm_swing=1.35, lean=-5.0, slump=-12.0, head=-10.0,
-                                               arm_out=8.0, bounce=1.0),
+                     head=8.0, arm_out=7.0, elbow=16.0, limp=1.0),
+    "proud": Style(speed=1.05, stride=1.08, roll=1.1, twist=1.2, arm_swing=1.35, lean=-5.0,
+                   slump=-12.0, head=-10.0, arm_out=8.0, bounce=1.0),
     "childlike": Style(speed=1.05, stride=0.82, clearance=1.5, sway=1.3, twist=1.6, arm_swing=1.7,
-                       head=-6.0, arm_out=16.0, elbow=10.0,
-                       bounce=2.2), "angry": Style(speed=1.25, width=1.2, twist=1.4, arm_swing=1.35,
-                                                   lean=12.0, head=10.0, arm_out=9.0, elbow=45.0,
-                                                   sharpness=0.8), }
+                       head=-6.0, arm_out=16.0, elbow=10.0, bounce=2.2),
+    "angry": Style(speed=1.25, width=1.2, twist=1.4, arm_swing=1.35, lean=12.0, head=10.0,
+                   arm_out=9.0, elbow=45.0, sharpness=0.8)}
 
 
-def blend(style_a, style_b, alpha):
+def blend(style_a: Style, style_b: Style, alpha: float) -> Style:
     r"""Every parameter `(1 - alpha) a + alpha b`; alpha 0 gives a, 1 gives b, a little beyond
-    exaggerates.   ->  Style
+    exaggerates.
+
+    >>> round(blend(STYLES["normal"], STYLES["old"], 0.5).lean, 6)
+    10.0
     """
-    return Style(
-        **{
-            f.name: (1.0 - alpha) * getattr(style_a, f.name) + alpha * getattr(style_b, f.name)
-            for f in fields(Style)})
+    return Style(**{f.name: (1.0 - alpha) * getattr(style_a, f.name)
+                    + alpha * getattr(style_b, f.name) for f in fields(Style)})
 
 
 @dataclass(frozen=True)
 class Person:
     """A body and its habits.
 
-    scale : of all lengths;  stride, cadence, arm_swing, width, sway : factors;  lean, head,
-    toe_out, arm_out, elbow : degrees added.
+    scale : of all lengths;  stride, cadence, arm_swing, width, sway : factors
+    lean, head, toe_out, arm_out, elbow : degrees added
     """
 
     scale: float = 1.0
@@ -103,10 +105,14 @@ class Person:
     elbow: float = 0.0
 
 
-def person(seed):
-    """Somebody, always the same for the same seed.   int  ->  Person"""
+def person(seed: int) -> Person:
+    """Somebody, always the same for the same seed.
+
+    >>> person(3) == person(3) != person(4)
+    True
+    """
     rng = np.random.default_rng([21, seed])
     spread = dict(scale=0.05, stride=0.05, cadence=0.05, arm_swing=0.2, width=0.12, sway=0.2,
                   lean=1.5, head=3.0, toe_out=2.0, arm_out=2.0, elbow=5.0)
-    return Person(
-        **{f.name: f.default + spread[f.name] * rng.uniform(-1.0, 1.0) for f in fields(Person)})
+    return Person(**{name: value + spread[name] * rng.uniform(-1.0, 1.0)
+                     for name, value in vars(Person()).items()})

@@ -12,65 +12,63 @@ effort (flow, weight, time), each in [-3, 3], shapes how it is done:
   later.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..motion import rotation
 from ..motion.clip import Clip
-from .gait import ease
-from ..motion.joints import PARENTS, SLOT, SLOTS
+from ..motion.easing import ease
+from ..motion.features import FPS
+from ..motion.joints import HEELS, PARENTS, SLOT, SLOTS, TOES
 from ..motion.skeleton import forward_kinematics
+from .gait import TOE_HEIGHT
 from .manner import person
-from .walkers import FPS, skeleton_joints
+from .walkers import skeleton_joints
 
 EFFORT_LIMIT = 3.0
 
 # Rotation vectors in degrees from the T-pose; what is not named is as in the stand. x: pitch
 # forward, y: turn left, z: raise the left side.
-STAND = {
-    "LeftArm": (0, 0, -78), "RightArm": (0, 0, 78), "LeftForeArm": (0, -12, 0),
-    "RightForeArm": (0, 12, 0)}
-REACH = {
-    "RightArm": (0, 75, -40), "RightForeArm": (0, 5, 0), "Spine": (-8, 8, 0), "Chest": (-6, 10, 4),
-    "Head": (-22, 0, 0), "LeftArm": (15, 0, -70), "LeftUpLeg": (10, 0, 0), "LeftLeg": (10, 0, 0),
-    "Hips": (0, 15, 0)}
-DRAW_BACK = {
-    "RightArm": (0, -25, 60), "RightForeArm": (0, 70, 0), "Chest": (0, -14, 0), "Hips": (0, -8, 0)}
-BOW = {
-    "Hips": (28, 0, 0), "Spine": (22, 0, 0), "Chest": (20, 0, 0), "Neck": (10, 0, 0),
-    "Head": (12, 0, 0), "LeftUpLeg": (-34, 0, 0), "RightUpLeg": (-34, 0, 0), "LeftLeg": (8, 0, 0),
-    "RightLeg": (8, 0, 0), "LeftArm": (20, 0, -75), "RightArm": (20, 0, 75)}
-WAVE_IN = {
-    "LeftArm": (0, 0, 22), "LeftForeArm": (0, 0, 95), "LeftHand": (0, 0, 15), "Chest": (0, 0, -5),
-    "Head": (0, 14, -5)}
-WAVE_OUT = {
-    "LeftArm": (0, 0, 10), "LeftForeArm": (0, 0, 35), "LeftHand": (0, 0, -25), "Chest": (0, 0, 4),
-    "Head": (0, 14, 5)}
-KNEE_UP = {
-    "LeftUpLeg": (-85, 0, 0), "LeftLeg": (95, 0, 0), "LeftFoot": (20, 0, 0), "Spine": (8, 0, 0),
-    "RightArm": (0, 30, 55), "LeftArm": (0, 25, -45), "RightLeg": (6, 0, 0),
-    "RightUpLeg": (-4, 0, 0)}
-KICK = {
-    "LeftUpLeg": (-80, 0, 0), "LeftLeg": (8, 0, 0), "LeftFoot": (30, 0, 0), "Spine": (-6, 0, 0),
-    "Chest": (-8, 0, 0), "RightArm": (0, 45, 30), "LeftArm": (0, 30, -35), "RightLeg": (10, 0, 0),
-    "RightUpLeg": (-6, 0, 0)}
-STRIDE = {
-    "LeftUpLeg": (-34, 0, 0), "LeftLeg": (12, 0, 0), "RightUpLeg": (24, 0, 0),
-    "RightLeg": (20, 0, 0), "RightFoot": (10, 0, 0), "RightArm": (0, 45, 62),
-    "LeftArm": (0, 35, -62), "Hips": (4, -10, 0), "Chest": (0, 16, 0), "RightForeArm": (0, 40, 0)}
+QUIET = {"LeftArm": (0, 0, -78), "RightArm": (0, 0, 78), "LeftForeArm": (0, -12, 0),
+         "RightForeArm": (0, 12, 0)}
+REACH_OUT = {"RightArm": (0, 75, -40), "RightForeArm": (0, 5, 0), "Spine": (-8, 8, 0),
+             "Chest": (-6, 10, 4), "Head": (-22, 0, 0), "LeftArm": (15, 0, -70),
+             "LeftUpLeg": (10, 0, 0), "LeftLeg": (10, 0, 0), "Hips": (0, 15, 0)}
+DRAW_BACK = {"RightArm": (0, -25, 60), "RightForeArm": (0, 70, 0), "Chest": (0, -14, 0),
+             "Hips": (0, -8, 0)}
+BOW = {"Hips": (28, 0, 0), "Spine": (22, 0, 0), "Chest": (20, 0, 0), "Neck": (10, 0, 0),
+       "Head": (12, 0, 0), "LeftUpLeg": (-34, 0, 0), "RightUpLeg": (-34, 0, 0),
+       "LeftLeg": (8, 0, 0), "RightLeg": (8, 0, 0), "LeftArm": (20, 0, -75),
+       "RightArm": (20, 0, 75)}
+WAVE_IN = {"LeftArm": (0, 0, 22), "LeftForeArm": (0, 0, 95), "LeftHand": (0, 0, 15),
+           "Chest": (0, 0, -5), "Head": (0, 14, -5)}
+WAVE_OUT = {"LeftArm": (0, 0, 10), "LeftForeArm": (0, 0, 35), "LeftHand": (0, 0, -25),
+            "Chest": (0, 0, 4), "Head": (0, 14, 5)}
+KNEE_UP = {"LeftUpLeg": (-85, 0, 0), "LeftLeg": (95, 0, 0), "LeftFoot": (20, 0, 0),
+           "Spine": (8, 0, 0), "RightArm": (0, 30, 55), "LeftArm": (0, 25, -45),
+           "RightLeg": (6, 0, 0), "RightUpLeg": (-4, 0, 0)}
+KICK = {"LeftUpLeg": (-80, 0, 0), "LeftLeg": (8, 0, 0), "LeftFoot": (30, 0, 0),
+        "Spine": (-6, 0, 0), "Chest": (-8, 0, 0), "RightArm": (0, 45, 30), "LeftArm": (0, 30, -35),
+        "RightLeg": (10, 0, 0), "RightUpLeg": (-6, 0, 0)}
+STRIDE = {"LeftUpLeg": (-34, 0, 0), "LeftLeg": (12, 0, 0), "RightUpLeg": (24, 0, 0),
+          "RightLeg": (20, 0, 0), "RightFoot": (10, 0, 0), "RightArm": (0, 45, 62),
+          "LeftArm": (0, 35, -62), "Hips": (4, -10, 0), "Chest": (0, 16, 0),
+          "RightForeArm": (0, 40, 0)}
 # Key poses between two stands, seconds of each phase from pose to pose, and which foot stands
 # during the phase (R or L).
 ACTIONS = {
-    "reach": ((DRAW_BACK, REACH), (0.7, 0.9, 1.1), "RRR"),
+    "reach": ((DRAW_BACK, REACH_OUT), (0.7, 0.9, 1.1), "RRR"),
     "bow": ((BOW, BOW), (1.0, 0.3, 1.1), "RRR"),
     "wave": ((WAVE_IN, WAVE_OUT, WAVE_IN, WAVE_OUT), (0.7, 0.45, 0.45, 0.45, 0.7), "RRRRR"),
     "kick": ((KNEE_UP, KICK, KNEE_UP), (0.7, 0.5, 0.5, 0.7), "RRRR"),
     "step": ((STRIDE,), (1.1, 1.1), "RL"),
 }
-LATE = np.array([{
-    "Head": 2, "LeftForeArm": 1, "RightForeArm": 1, "LeftHand": 2, "RightHand": 2, "LeftFinger": 3,
-    "RightFinger": 3, "Neck": 1, "LeftFoot": 1, "RightFoot": 1}.get(name, 0) for name in SLOTS])
+# How late the ends of the limbs are, against each other.
+LATE = np.array([{"Head": 2, "LeftForeArm": 1, "RightForeArm": 1, "LeftHand": 2, "RightHand": 2,
+                  "LeftFinger": 3, "RightFinger": 3, "Neck": 1, "LeftFoot": 1, "RightFoot": 1,
+                  }.get(name, 0) for name in SLOTS])
 
 
 class PerformerError(ValueError):
@@ -81,61 +79,61 @@ class PerformerError(ValueError):
 class Performance:
     """A clip and the truth about it.
 
-    contents : the actions in it, in order;  effort : (3,) flow, weight, time;  cuts : the first
-    frame of each action, then the end.
+    contents : the actions in it, in order;  effort : (3,) flow, weight, time
+    cuts : the first frame of each action, then the end
     """
 
     name: str
-    contents: tuple
+    contents: tuple[str, ...]
     effort: np.ndarray
     clip: Clip = field(repr=False)
-    cuts: tuple
+    cuts: tuple[int, ...]
 
 
-def perform(contents, number, effort=None):
+def perform(contents: str | Sequence[str], number: int,
+            effort: Sequence[float] | np.ndarray | None = None) -> Performance:
     """Performer `number` does some actions one after the other, always in the same way.
 
-    contents : a name in ACTIONS or several;  effort : (3,) in [-3, 3], the performer's own unless
-    given   ->  Performance
+    contents : a name in ACTIONS or several
+    effort : (3,) in [-3, 3], the performer's own unless given
     Raises PerformerError for an unknown action or an effort out of range.
+
+    >>> made = perform(("bow", "kick"), 5)
+    >>> made.name, made.cuts[-1] == made.clip.frames
+    ('bow-kick_005', True)
     """
     contents = (contents,) if isinstance(contents, str) else tuple(contents)
     unknown = [name for name in contents if name not in ACTIONS]
     if unknown or not contents:
-        raise PerformerError(
-            f"contents: found {', '.join(map(repr, unknown)) or 'none'}, needed some of "
-            f"{', '.join(ACTIONS)}")
+        raise PerformerError(f"contents: found {', '.join(map(repr, unknown)) or 'none'}, needed "
+                             f"some of {', '.join(ACTIONS)}")
     effort = own_effort(number) if effort is None else np.asarray(effort, dtype=float)
     if effort.shape != (3,) or not (np.abs(effort) <= EFFORT_LIMIT).all():
-        raise PerformerError(
-            f"effort: found {effort}, needed flow, weight and time, each from -3 to 3")
+        raise PerformerError(f"effort: found {effort}, needed flow, weight and time, each from "
+                             "-3 to 3")
     parts = [_angles(content, number, effort) for content in contents]
     cuts = np.cumsum([0] + [len(angles) for angles, _ in parts])
     angles, support = (np.concatenate(arrays) for arrays in zip(*parts))
-    body = person(100 + number)
-    rotations = rotation.exp_map(np.radians(angles + _habits(number)))
-    clip = _clip(rotations, support, skeleton_joints(body))
+    habits = 2.5 * np.random.default_rng([68, number]).normal(size=(len(SLOTS), 3))  # how he stands
+    rotations = rotation.exp_map(np.radians(angles + habits))
+    clip = _clip(rotations, support, skeleton_joints(person(100 + number)))
     return Performance(f"{'-'.join(contents)}_{number:03d}", contents, effort, clip,
                        tuple(int(cut) for cut in cuts))
 
 
-def own_effort(number):
-    """The effort that a performer has by nature.   int  ->  (3,) flow, weight, time in [-2.7, 2.7]
-    """
+def own_effort(number: int) -> np.ndarray:
+    """The effort that a performer has by nature.   ->  (3,) flow, weight, time in [-2.7, 2.7]"""
     return np.random.default_rng([67, number]).uniform(-2.7, 2.7, 3)
 
 
-def make_performers(performers=12, contents=tuple(ACTIONS), first=0):
-    """Every action by every performer: 60 fragments, as in section 8.   ->  list of Performance"""
-    return [
-        perform(content, number) for content in contents
-        for number in range(first, first + performers)]
+def make_performers(performers: int = 12, contents: Sequence[str] = tuple(ACTIONS),
+                    first: int = 0) -> list[Performance]:
+    """Every action by every performer: 60 fragments, as in section 8.
 
-
-def _habits(number):
-    """How a performer holds himself, degrees added to every pose.   ->  (21, 3)"""
-    return np.random.default_rng([68, number]).normal(size=(len(SLOTS), 3)) * np.array([
-        2.5, 2.5, 2.5])
+    performers : how many;  contents : names in ACTIONS;  first : number of the first performer
+    """
+    return [perform(content, number) for content in contents
+            for number in range(first, first + performers)]
 
 
 def _angles(content, number, effort):
@@ -147,19 +145,19 @@ def _angles(content, number, effort):
     rng = np.random.default_rng([69, number, list(ACTIONS).index(content)])
     seconds = np.array(seconds) * 2.0 ** (-time / 14.0) * rng.uniform(0.92, 1.08, len(seconds))
     size = (1.0 + 0.13 * weight) * rng.uniform(0.95, 1.05)
-    poses = [_pose({})] + [_pose(key, size) for key in keys] + [_pose({})]
+    stand = _pose(QUIET)
+    poses = [stand, *(stand + size * (_pose({**QUIET, **key}) - stand) for key in keys), stand]
     starts = np.concatenate([[0.0], np.cumsum(seconds)])
     clock = np.arange(max(2, round(FPS * starts[-1]))) / FPS
-    angles = np.broadcast_to(poses[0], (len(clock),) + poses[0].shape).copy()
+    angles = np.broadcast_to(stand, (len(clock), *stand.shape)).copy()
     for begin, long, before, after in zip(starts, seconds, poses, poses[1:]):
-        u = (clock - begin) / long
-        angles += _progress(u, flow, time)[:, :, None] * (after - before)
-    support = np.array([foot == "R" for foot in feet])[np.searchsorted(starts[1:-1], clock,
-                                                                       side="right")]
-    drift = sum(
-        rng.normal(size=(len(SLOTS), 3))
-        * np.sin(np.pi * n * np.linspace(0, 1, len(clock)))[:, None, None] for n in (1, 2, 3))
-    return angles + 0.6 * drift, support.astype(int)
+        angles += _progress((clock - begin) / long, flow, time)[:, :, None] * (after - before)
+    phase = np.searchsorted(starts[1:-1], clock, side="right")
+    support = np.array([int(foot == "R") for foot in feet])[phase]
+    drift = sum(rng.normal(size=stand.shape)
+                * np.sin(np.pi * n * np.linspace(0, 1, len(clock)))[:, None, None]
+                for n in (1, 2, 3))
+    return angles + 0.6 * drift, support
 
 
 def _progress(u, flow, time):
@@ -171,23 +169,16 @@ def _progress(u, flow, time):
 
         s  ->  s - h sin(8 pi s) / (8 pi)
     """
-    width = 0.7 - 0.08 * time                                # 0.94 sustained .. 0.46 sudden
+    width = 0.7 - 0.08 * time                        # 0.94 sustained .. 0.46 sudden
     free = (flow + EFFORT_LIMIT) / (2 * EFFORT_LIMIT)
     late = 0.5 * (1 - width) * free * LATE / LATE.max()
     s = ease((u[:, None] - 0.5 - late) / width + 0.5)
     return s - 0.4 * (1 - free) * np.sin(8 * np.pi * s) / (8 * np.pi)
 
 
-def _pose(key, size=1.0):
-    """Rotation vectors of a key pose, away from the stand by `size` times what is written.
-    ->  (21, 3) degrees
-    """
-    stand, pose = np.zeros((len(SLOTS), 3)), np.zeros((len(SLOTS), 3))
-    for name, vector in STAND.items():
-        stand[SLOT[name]] = vector
-    for name, vector in {**STAND, **key}.items():
-        pose[SLOT[name]] = vector
-    return stand + size * (pose - stand)
+def _pose(key):
+    """A key pose's rotation vectors as one array.   ->  (21, 3) degrees"""
+    return np.array([key.get(name, (0, 0, 0)) for name in SLOTS], dtype=float)
 
 
 def _clip(rotations, support, joints):
@@ -195,13 +186,14 @@ def _clip(rotations, support, joints):
     the hips, and the foot is on the floor.
     """
     offsets = np.broadcast_to([joint.offset for joint in joints], rotations.shape[:2] + (3,)).copy()
-    offsets[:, 0] = 0
+    offsets[:, SLOT["Hips"]] = 0
     _, seen = forward_kinematics(PARENTS, rotations, offsets)
-    toes = seen[:, [SLOT["LeftToe"], SLOT["RightToe"]]]
+    toes = seen[:, TOES]
     steps = -np.diff(toes, axis=0)[np.arange(len(toes) - 1), support[1:]]
     hips = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
-    feet = seen[:, [SLOT[name] for name in ("LeftToe", "RightToe", "LeftFoot", "RightFoot")], 1]
-    hips[:, 1] = 4.25 - (feet - [0, 0, 7.5, 7.5]).min(axis=1)
+    heel_rise = 7.5                                  # of a resting heel joint above a toe's
+    feet = seen[:, [*TOES, *HEELS], 1]
+    hips[:, 1] = TOE_HEIGHT - (feet - [0, 0, heel_rise, heel_rise]).min(axis=1)
     angles = np.unwrap(rotation.matrix_to_euler(rotations, "ZXY"), axis=0)
-    return Clip(joints, 1.0 / FPS,
-                np.concatenate([hips, np.degrees(angles).reshape(len(angles), -1)], axis=1))
+    values = np.concatenate([hips, np.degrees(angles).reshape(len(angles), -1)], axis=1)
+    return Clip(joints, 1.0 / FPS, values)

@@ -4,26 +4,26 @@ otherwise.
 
 import os
 
+from ..motion.body import Take, make_take, read_take
 from ..motion.dataset import find_clips, labels_by_pattern
 from .walkers import make_clip
-from ..motion.take import make_take, read_take
 
 BANDAI = "Bandai-Namco-Research-Motiondataset, CC BY-NC 4.0: non-commercial"
 # What the embedded motion calls a content or a style, and what recorded clips call it.
 CONTENTS = {"jog": ("run",), "turn-left": ("walk-turn-left",), "turn-right": ("walk-turn-right",)}
-STYLES = {
-    "old": ("elderly", "old"), "depressed": ("sad", "exhausted"),
-    "childlike": ("childish", "youthful"), "injured": ("tired",), "proud": ("proud", "masculine")}
+STYLES = {"old": ("elderly", "old"), "depressed": ("sad", "exhausted"), "injured": ("tired",),
+          "childlike": ("childish", "youthful"), "proud": ("proud", "masculine")}
 
 
-def sample_take(content="walk", style="normal", seconds=4.0):
+def sample_take(content: str = "walk", style: str = "normal",
+                seconds: float = 4.0) -> tuple[Take, str]:
     """A take of at least so many seconds, and whose motion it is, to be said beside each picture of
     it.
 
-    content, style : names in `synthetic.CONTENTS` and `synthetic.STYLES`; recorded clips are found
-    by what they are called there. The first that is long enough is taken; where there is none, the
-    embedded motion.
-    ->  Take, credit (str).
+    content, style : names in `walkers.CONTENTS` and `walkers.STYLES`; recorded clips are found by
+        what they are called there. The first that is long enough is taken; where there is none, the
+        embedded motion.
+    ->  Take, credit
     Raises ValueError for unknown names, FileNotFoundError where REFIMPL_MOCAP names no folder of
     clips.
     """
@@ -37,6 +37,6 @@ def sample_take(content="walk", style="normal", seconds=4.0):
                            key=lambda path: path.name, reverse=True):
             take = read_take(path)
             if len(take.features) >= 60 * seconds:
-                return take, f"{path.stem}, {BANDAI}" if path.name.startswith(
-                    "dataset-") else path.stem
+                bandai = path.name.startswith("dataset-")
+                return take, f"{path.stem}, {BANDAI}" if bandai else path.stem
     return make_take(made.clip), f"{made.name}, made by refimpl"

@@ -18,10 +18,9 @@ from ..holden2016 import bridge, losses, own, rows, search
 from ..holden2016.network import decode, encode, project
 from ..holden2017 import losses as losses_2017
 from ..holden2017.train import annealed
-from ..motion.features import Start, decode as world
-from ..motion.footing import jerk
+from ..motion.features import Start, bone_lengths, decode as world
+from ..motion.feet import jerk
 from ..motion.joints import FEET, JOINTS
-from ..motion.take import bone_lengths
 
 Row = dict[str, Any]
 

@@ -13,15 +13,14 @@ import numpy as np
 from ..fast import networks
 from ..holden2016 import bridge, rows, search
 from ..holden2016.own import Settings, optimise, pairs
+from ..motion.body import read_take, to_scale
 from .classifiers import fit_judge, frechet_distance, gram_vectors, joint_vectors
 from .measures import content_distance, style_distance
 from ..holden2017.transfer import onto_skeleton, project_features, stylise, transfer
 from ..motion.bvh import write_bvh
-from ..motion.dataset import to_scale
 from ..motion.features import POSITIONS, VELOCITIES, Start, decode, scale
-from ..motion.footing import floor_penetration, foot_skate, jerk
+from ..motion.feet import floor_penetration, foot_skate, jerk
 from ..motion.joints import BONES, JOINTS
-from ..motion.take import read_take
 
 CODED, OWN = "2016, as coded", "2016, own form"
 SYSTEMS = ("content", CODED, OWN, "2017 T(I), raw", "2017", "2017, own pace", "real")

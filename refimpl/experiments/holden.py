@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from ..fast import networks
-from ..fast.gradients import autoencoder_gradients, style_gradients
+from ..fast.autoencoder import autoencoder_gradients
+from ..fast.gradients import style_gradients
 from .classifiers import Judge, fit_judge, joint_vectors
 from ..holden2017.pairing import TrainingSet, clean_windows, make_training_set
 from .measures import style_distance
@@ -23,12 +24,13 @@ from ..holden2017.trained import Manifold, Style
 from ..holden2017.objective import Weights
 from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import project_features, stylise
-from ..motion.dataset import Dataset, Labelled, assemble, to_scale
+from ..motion.dataset import Dataset, Labelled, assemble
+from ..motion.body import to_scale
 from ..motion.features import (POSITIONS, TRANSLATION, VELOCITIES, Start, decode, path_error,
                                path_length)
-from ..motion.footing import foot_skate, jerk
+from ..motion.feet import foot_skate, jerk
 from ..motion.joints import BONES, JOINTS
-from ..motion.take import Take
+from ..motion.body import Take
 
 LEG = 80.0                                       # centimetres: all lengths are told for such a body
 NOISE = 3.0                                      # centimetres an axis, for such a body

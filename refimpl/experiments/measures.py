@@ -3,7 +3,7 @@ r"""How near a motion is to a style, to a content and to a path."""
 import numpy as np
 
 from .. import nn
-from ..motion.dataset import to_scale
+from ..motion.body import to_scale
 from ..fast import networks
 from ..holden2017.losses import style_target
 from ..holden2017.transfer import stylise

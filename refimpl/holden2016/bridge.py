@@ -21,8 +21,8 @@ from ..holden2017.transfer import Stylised, onto_skeleton
 from ..motion import features as f66
 from ..motion.dataset import Labelled
 from ..motion.joints import BONES, HEELS, LEGS, TOES
-from ..motion.prepare import Normaliser as Normaliser66
-from ..motion.take import Take
+from ..motion.windows import Normaliser as Normaliser66
+from ..motion.body import Take
 from . import losses, rows, search
 from .files import check_unit, read_network, read_preprocess
 from .network import Params, decode, encode

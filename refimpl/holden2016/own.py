@@ -32,9 +32,8 @@ from ..holden2017.objective import (CONSTRAINTS, WEIGHTS as TRAINING, Batch, Wei
                                     denormalise, term_losses, term_losses_backward)
 from ..holden2017.train import annealed
 from ..holden2017.transfer import onto_skeleton
-from ..motion.dataset import to_scale
-from ..motion.features import FEATURES, VELOCITIES
-from ..motion.take import bone_lengths
+from ..motion.body import to_scale
+from ..motion.features import FEATURES, VELOCITIES, bone_lengths
 from . import search
 
 STYLE = {"groups": 0.003, "2016": search.AMOUNT / (1 + search.AMOUNT)}          # s by the normaliser's form

@@ -160,7 +160,7 @@ def windows(rows: np.ndarray, length: int = WINDOW, step: int = STEP) -> np.ndar
 
     A window longer than what is left of the clip is padded on both sides with its first and last
     row, the odd row on the left, velocities 0 in the padding. The clip's own last row keeps its
-    velocity (`prepare.windows` sets it to 0, and ends its last window with the clip).
+    velocity (`motion.windows.windows` sets it to 0, and ends its last window with the clip).
 
     rows : (T, 73)  ->  (N, length, 73), N = 0 for 30 rows or fewer
     """

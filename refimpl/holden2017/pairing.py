@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from ..motion.dataset import Dataset, Labelled, to_scale
+from ..motion.dataset import Dataset, Labelled
+from ..motion.body import to_scale
 from ..motion.features import VELOCITIES
-from ..motion.prepare import Normaliser, fit_normaliser, windows
+from ..motion.windows import Normaliser, fit_normaliser, windows
 from . import networks as text
 from .trained import Manifold, Style
 from ..motion.known import Known, known
@@ -34,7 +35,7 @@ def clean_windows(clips: Sequence[Labelled], source: str, *, form: str = "groups
     """What the loss network is trained on.
 
     clips : at least one;  source : of their dataset;  form : of the normaliser, of
-    `motion.prepare.FORMS`   ->  windows (N, 66, T), the normaliser of these clips
+    `motion.windows.FORMS`   ->  windows (N, 66, T), the normaliser of these clips
     """
     frames, contacts = (np.concatenate([getattr(clip, part) for clip in clips])
                         for part in ("features", "contacts"))

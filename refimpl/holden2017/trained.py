@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..motion.known import Known
-from ..motion.prepare import Normaliser
+from ..motion.windows import Normaliser
 from .networks import Params
 from .objective import Weights
 

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from ..motion.clip import Clip
-from ..motion.dataset import to_scale
+from ..motion.body import to_scale
 from ..motion.features import FPS, TRANSLATION, VELOCITIES, decode, path_error, path_length
-from ..motion.foot_ik import plant
-from ..motion.footing import pace
+from ..motion.foot_ik import lock_feet
+from ..motion.feet import pace
 from ..motion.known import STRANGE
-from ..motion.retarget import fit_pose, points
+from ..motion.body import fit_pose, points
 from ..motion.skeleton import with_pose
-from ..motion.take import Take
+from ..motion.body import Take
 from . import networks as text
 from .trained import Manifold, Style
 
@@ -97,7 +97,7 @@ def transfer(take: Take, style: Style, *, projected: bool = True, clean: bool = 
     """Stylise a take.
 
     clean : see `onto_skeleton`;  networks : as in `stylise`
-    own_pace : walk the path as fast as the feet step (`footing.pace`), so that an old man's short
+    own_pace : walk the path as fast as the feet step (`feet.pace`), so that an old man's short
     steps need not become long ones
 
     The character is brought to the model's size and back, and starts where and as the content
@@ -130,6 +130,6 @@ def onto_skeleton(take: Take, features: np.ndarray, *, clean: bool = True) -> St
     """
     pose = fit_pose(take, decode(features, take.start))
     if clean:
-        goals = plant(points(take, *pose), take.contacts, take.start.floor)
+        goals = lock_feet(points(take, *pose), take.contacts, take.start.floor)
         pose = fit_pose(replace(take, rotations=pose[0], translations=pose[1]), goals)
     return Stylised(with_pose(take.clip, *pose, 1.0 / FPS), points(take, *pose), features)

@@ -1,12 +1,12 @@
 """What is a motion?
 
-- `clip`: what a clip is.   `bvh`: files, exact or refused.
-  `rotation`: free functions on [..., 3, 3].   `skeleton`: poses, forward kinematics, frame rates.
+- `clip`: what a clip is.   `bvh`: files, exact or refused.   `hierarchy`: their tree of joints.
+- `rotation`: free functions on [..., 3, 3].   `skeleton`: poses, forward kinematics, frame rates.
+  `easing`: curves that begin and end gently.
 - `joints`: the 21 joints and which joint of a file feeds each.
   `features`: the 66 numbers a frame, and back.
-- `take`: one clip made ready.   `prepare`: contacts, windows, normaliser.
+- `body`: one clip made ready, and moved points back to rotations of the clip's own skeleton.
+- `feet`: which are planted, and how well they stand.   `foot_ik`: the clean-up that locks them.
+- `windows`: stretches of equal length and the normaliser.
   `dataset`: a folder of clips as one file.
-- `retarget`: moved points back to rotations of the clip's own skeleton.
-- `synthetic`: walkers and joggers made by the program, with `gait` (footfalls and legs) and `style`
-  (how they carry themselves).
 """

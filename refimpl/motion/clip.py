@@ -20,19 +20,20 @@ class BVHError(ValueError):
 class Joint:
     """One joint of the hierarchy.
 
-    parent : index of the parent joint, -1 for the root;  offset : (x, y, z) from the parent in the
-    file's length unit;
-    channels : names in file order;  end_site : (x, y, z) of the End Site below this joint, or None.
+    parent : index of the parent joint, -1 for the root
+    offset : (x, y, z) from the parent in the file's length unit
+    channels : names in file order
+    end_site : (x, y, z) of the End Site below this joint, or None
     """
 
     name: str
     parent: int
-    offset: tuple
-    channels: tuple
-    end_site: tuple = None
+    offset: tuple[float, ...]
+    channels: tuple[str, ...]
+    end_site: tuple[float, ...] | None = None
 
     @property
-    def rotation_order(self):
+    def rotation_order(self) -> str:
         """The axes of the rotation channels as listed, for example "ZXY"."""
         return "".join(c[0] for c in self.channels if c in ROTATION_CHANNELS)
 
@@ -43,26 +44,34 @@ class Clip:
     channel values.
 
     values : (frames, channels) float64, degrees and length units as in the file.
+
+    >>> hips = Joint("Hips", -1, (0.0, 0.0, 0.0), ("Zrotation", "Xrotation"))
+    >>> clip = Clip((hips,), 0.0333333, np.zeros((4, 2)))
+    >>> clip.names, clip.frames, clip.fps, hips.rotation_order
+    (('Hips',), 4, 30.0, 'ZX')
     """
 
-    joints: tuple
+    joints: tuple[Joint, ...]
     frame_time: float
     values: np.ndarray = field(repr=False)
 
     @property
-    def names(self):
+    def names(self) -> tuple[str, ...]:
+        """The joints' names in file order."""
         return tuple(joint.name for joint in self.joints)
 
     @property
-    def parents(self):
+    def parents(self) -> np.ndarray:
+        """The index of each joint's parent, -1 for the root.   ->  (J,)"""
         return np.array([joint.parent for joint in self.joints])
 
     @property
-    def frames(self):
+    def frames(self) -> int:
+        """How many frames there are."""
         return len(self.values)
 
     @property
-    def fps(self):
+    def fps(self) -> float:
         """Frames a second. Files round 1/30 to 0.0333333; a rate within 0.01 % of a whole number is
         taken as that number.
         """

@@ -17,6 +17,9 @@ def axis_rotation(axis: str, angle: Any) -> np.ndarray:
     axis : "X", "Y" or "Z";  angle : [...] radians  ->  [..., 3, 3]
 
         Rx = [1 0 0; 0 c -s; 0 s c]   Ry = [c 0 s; 0 1 0; -s 0 c]   Rz = [c -s 0; s c 0; 0 0 1]
+
+    >>> axis_rotation("Z", np.pi / 2).round(6) @ [1, 0, 0]
+    array([0., 1., 0.])
     """
     if not isinstance(axis, str) or len(axis) != 1 or axis not in AXES:
         raise ValueError(f"axis: found {axis!r}, needed one of X, Y, Z")
@@ -36,6 +39,10 @@ def euler_to_matrix(angles: Any, order: str) -> np.ndarray:
     `R = R_order[0](a0) @ R_order[1](a1) @ ...`
 
     angles : [..., n] radians, order : a word of n axes such as "ZXY"  ->  [..., 3, 3]
+
+    >>> Z, X = axis_rotation("Z", 0.3), axis_rotation("X", 0.2)
+    >>> bool((euler_to_matrix([0.3, 0.2], "ZX") == Z @ X).all())
+    True
     """
     angles = np.asarray(angles, dtype=float)
     if not isinstance(order, str) or set(order) - set(AXES) or angles.shape[-1:] != (len(order),):
@@ -59,6 +66,9 @@ def matrix_to_euler(R: np.ndarray, order: str) -> np.ndarray:
     R : [..., 3, 3], order : three different axes  ->  [..., 3] radians, b in [-pi/2, pi/2].
     At the gimbal pole (cos b = 0) only a +- c is determined; c = 0 is taken.
     Raises ValueError when the order repeats an axis.
+
+    >>> matrix_to_euler(euler_to_matrix([0.3, -0.2, 0.1], "ZXY"), "ZXY").round(6)
+    array([ 0.3, -0.2,  0.1])
     """
     if sorted(order) != list(AXES):
         raise ValueError(f"order {order!r}: three different axes are needed to write any rotation "
@@ -75,7 +85,11 @@ def matrix_to_euler(R: np.ndarray, order: str) -> np.ndarray:
 
 
 def hat(v: Any) -> np.ndarray:
-    r"""The matrix of the cross product: `hat(v) @ x = v x x`.   v : [..., 3]  ->  [..., 3, 3]"""
+    r"""The matrix of the cross product: `hat(v) @ x = v x x`.   v : [..., 3]  ->  [..., 3, 3]
+
+    >>> hat([1, 2, 3]) @ [4, 5, 6], np.cross([1, 2, 3], [4, 5, 6])
+    (array([-3.,  6., -3.]), array([-3,  6, -3]))
+    """
     v = np.asarray(v, dtype=float)
     K = np.zeros(v.shape + (3,))
     K[..., 0, 1], K[..., 0, 2], K[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
@@ -115,6 +129,9 @@ def log_map(R: Any) -> np.ndarray:
         v = 2 atan2(|xyz|, w) xyz / |xyz|
 
     R : [..., 3, 3]  ->  [..., 3] radians
+
+    >>> float(log_map(axis_rotation("Y", 1.5 * np.pi))[1].round(4))     # a quarter turn back
+    -1.5708
     """
     q = matrix_to_quaternion(R)
     w, xyz = q[..., :1], q[..., 1:]
@@ -130,6 +147,9 @@ def matrix_to_quaternion(R: Any) -> np.ndarray:
     diagonal is the exact one.
 
     R : [..., 3, 3]  ->  [..., 4]
+
+    >>> matrix_to_quaternion(axis_rotation("Z", np.pi / 3)).round(4)
+    array([0.866, 0.   , 0.   , 0.5  ])
     """
     R = np.asarray(R, dtype=float)
     xx, yy, zz = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
@@ -154,6 +174,9 @@ def quaternion_to_matrix(q: Any) -> np.ndarray:
         R = I + 2 w hat(u) + 2 hat(u)^2,   (w, u) = q / |q|
 
     q : [..., 4], not 0  ->  [..., 3, 3]
+
+    >>> quaternion_to_matrix([2, 0, 0, 2]).round(6) @ [1, 0, 0]
+    array([0., 1., 0.])
     """
     q = np.asarray(q, dtype=float)
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)
@@ -165,6 +188,9 @@ def slerp(R0: np.ndarray, R1: np.ndarray, t: Any) -> np.ndarray:
     r"""Spherical interpolation along the shortest turn: `R0 exp(t log(R0^T R1))`.
 
     R0, R1 : [..., 3, 3], t : broadcastable to [...], 0 gives R0 and 1 gives R1  ->  [..., 3, 3]
+
+    >>> log_map(slerp(axis_rotation("X", 0.2), axis_rotation("X", 1.0), 0.25)).round(6)
+    array([0.4, 0. , 0. ])
     """
     return R0 @ exp_map(np.asarray(t)[..., None] * log_map(R0.swapaxes(-1, -2) @ R1))
 
@@ -179,6 +205,10 @@ def smooth_rotations(R: np.ndarray, time: np.ndarray) -> np.ndarray:
     the world or the body turns the whole way (multiplying by a quaternion is linear).
 
     R : (T, ..., 3, 3), given at times 0 .. T - 1;  time : (U,) within them  ->  (U, ..., 3, 3)
+
+    >>> R = axis_rotation("X", [0, 1, 2, 3])
+    >>> log_map(smooth_rotations(R, np.array([0, 1.5])))[:, 0].round(2)
+    array([0. , 1.5])
     """
     q = matrix_to_quaternion(R)
     turns = np.sign(np.sum(q[1:] * q[:-1], axis=-1, keepdims=True))
@@ -193,6 +223,9 @@ def shortest_rotation(a: Any, b: Any) -> np.ndarray:
 
     a, b : [..., 3]  ->  [..., 3, 3]. A zero vector gives the identity; opposite vectors a half turn
     about some normal.
+
+    >>> (shortest_rotation([2, 0, 0], [0, 3, 0]) @ [2, 0, 0]).round(6)
+    array([0., 2., 0.])
     """
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     na, nb = np.linalg.norm(a, axis=-1, keepdims=True), np.linalg.norm(b, axis=-1, keepdims=True)
@@ -208,20 +241,48 @@ def shortest_rotation(a: Any, b: Any) -> np.ndarray:
                     np.eye(3) + K + K @ K / np.where(opposite, 1.0, 1 + dot))
 
 
-def best_rotation(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    r"""The rotation that brings several vectors a_n nearest to b_n in the least-squares sense
-    (Kabsch):
+def nearest_rotation(M: np.ndarray) -> np.ndarray:
+    r"""The rotation nearest to a matrix, in the sum of squared differences of their entries:
 
-        R = U diag(1, 1, det(U V^T)) V^T,   U S V^T = sum_n b_n a_n^T
+        R = U diag(1, 1, det(U V^T)) V^T,   M = U S V^T
 
-    a, b : [..., n, 3]  ->  [..., 3, 3]
+    M : [..., 3, 3], for example a mean of rotations  ->  [..., 3, 3]
+
+    >>> float(log_map(nearest_rotation(axis_rotation("X", [0.1, 0.3]).mean(axis=0)))[0].round(6))
+    0.2
     """
-    U, _, Vt = np.linalg.svd(b.swapaxes(-1, -2) @ a)
+    U, _, Vt = np.linalg.svd(M)
     U[..., :, 2] *= np.sign(np.linalg.det(U @ Vt))[..., None]
     return U @ Vt
 
 
+def best_rotation(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    r"""The rotation that brings several vectors a_n nearest to b_n in the least-squares sense
+    (Kabsch): `nearest_rotation` of sum_n b_n a_n^T.
+
+    a, b : [..., n, 3]  ->  [..., 3, 3]
+
+    >>> a, R = np.eye(3)[:2], axis_rotation("Y", 0.5)
+    >>> float(np.abs(best_rotation(a, 7 * a @ R.T) - R).max().round(6))
+    0.0
+    """
+    return nearest_rotation(b.swapaxes(-1, -2) @ a)
+
+
+def nearest_turn(angle: Any) -> np.ndarray:
+    """The same angle within half a turn of zero, radians.
+
+    >>> float(nearest_turn(1.5 * np.pi) / np.pi)
+    -0.5
+    """
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
 def yaw_rotation(yaw: Any) -> np.ndarray:
-    r"""Turn about the vertical y axis. A figure that faces +z at yaw 0 faces (sin yaw, 0, cos yaw);
-    positive is to its left."""
+    r"""Turn about the vertical y axis: a figure that faces +z at yaw 0 faces (sin yaw, 0, cos yaw),
+    the last column; positive is to its left.
+
+    >>> yaw_rotation(np.pi / 2).round(6) @ [0, 0, 1]
+    array([1., 0., 0.])
+    """
     return axis_rotation("Y", yaw)

@@ -5,95 +5,134 @@ A pose is `rotations (T, J, 3, 3)` and `translations (T, J, 3)`, both relative t
 of every joint of the clip.
 """
 
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from . import rotation
-from .clip import POSITION_CHANNELS, Clip
+from .clip import POSITION_CHANNELS, Clip, Joint
 
-SLOWEST, FASTEST = 0.5, 10000.0                                  # frames a second of a recording
+SLOWEST, FASTEST = 0.5, 10000.0                      # frames a second of a recording
 
 
-def local_pose(clip):
+def ancestors(joints: Sequence[Joint], j: int) -> list[int]:
+    """A joint and all above it, up to the root.
+
+    joints : those of a clip;  j : index of the joint  ->  indices, j first
+
+    >>> ancestors([Joint("root", -1, (), ()), Joint("a", 0, (), ()), Joint("b", 1, (), ())], 2)
+    [2, 1, 0]
+    """
+    above = []
+    while j >= 0:
+        above.append(int(j))
+        j = joints[j].parent
+    return above
+
+
+def carrier(joints: Sequence[Joint], j: int) -> int:
+    """The joint whose position channels carry a joint through the world: itself or the nearest one
+    above it that has all three.
+
+    joints : those of a clip;  j : index of the joint  ->  index, or -1 where nothing can carry it
+
+    >>> root, hips = Joint("root", -1, (), POSITION_CHANNELS), Joint("hips", 0, (), ())
+    >>> carrier([root, hips], 1), carrier([hips], -1)
+    (0, -1)
+    """
+    free = (k for k in ancestors(joints, j) if set(POSITION_CHANNELS) <= set(joints[k].channels))
+    return next(free, -1)
+
+
+def local_pose(clip: Clip) -> tuple[np.ndarray, np.ndarray]:
     """The local transform of every joint in every frame.
 
-    Clip  ->  rotations (T, J, 3, 3), translations (T, J, 3) in the file's unit. A position channel
-    replaces the joint's OFFSET along its axis; a joint without rotation channels keeps the
-    identity.
+    A position channel replaces the joint's OFFSET along its axis; a joint without rotation channels
+    keeps the identity.
+
+    clip : T frames of J joints
+    ->  rotations (T, J, 3, 3), translations (T, J, 3) in the file's unit
     """
     rotations, translations = [], []
     column = 0
     for joint in clip.joints:
         values = dict(zip(joint.channels, clip.values[:, column:column + len(joint.channels)].T))
         column += len(joint.channels)
-        translations.append(
-            np.stack([
-                np.broadcast_to(values.get(name, offset), clip.frames)
-                for name, offset in zip(POSITION_CHANNELS, joint.offset)], axis=-1))
+        translations.append(np.stack([np.broadcast_to(values.get(name, offset), clip.frames)
+                                      for name, offset in zip(POSITION_CHANNELS, joint.offset)],
+                                     axis=-1))
         order = joint.rotation_order
-        angles = np.stack([values[f"{axis}rotation"]
-                           for axis in order], axis=-1) if order else np.zeros((clip.frames, 0))
+        angles = np.zeros((clip.frames, len(order)))
+        for n, axis in enumerate(order):
+            angles[:, n] = values[f"{axis}rotation"]
         rotations.append(rotation.euler_to_matrix(np.radians(angles), order))
     return np.stack(rotations, axis=1), np.stack(translations, axis=1)
 
 
-def with_pose(clip, rotations, translations, frame_time):
+def with_pose(clip: Clip, rotations: np.ndarray, translations: np.ndarray,
+              frame_time: float) -> Clip:
     """A clip on the same joints with another pose: the inverse of `local_pose`.
 
     Euler angles are written in each joint's own order and without jumps of 360 degrees from frame
     to frame. A joint that has some but not all three rotation channels cannot hold every rotation;
     it gets all three (its own first) when its rotation needs them. Translations are written where
     the joint has position channels; elsewhere the OFFSET stands.
+
+    clip : whose joints these are
+    rotations : (T, J, 3, 3);  translations : (T, J, 3) in the file's unit
+    frame_time : seconds a frame
+    ->  Clip of T frames
     """
-    joints, columns = [], []
+    joints: list[Joint] = []
+    columns: list[np.ndarray] = []
     for index, joint in enumerate(clip.joints):
         order = joint.rotation_order
-        angles = _angles(rotations[:, index], order)
-        if angles is None:
-            order += "".join(axis for axis in "ZXY" if axis not in order)
-            angles = _angles(rotations[:, index], order)
+        full = order + "".join(axis for axis in "ZXY" if axis not in order)
+        angles = rotation.matrix_to_euler(rotations[:, index], full)
+        if np.abs(angles[:, len(order):]).max(initial=0) > 1e-9:     # radians about the others
+            order = full
             positions = tuple(c for c in joint.channels if c in POSITION_CHANNELS)
-            joint = type(joint)(joint.name, joint.parent, joint.offset,
-                                positions + tuple(f"{axis}rotation" for axis in order),
-                                joint.end_site)
+            joint = replace(joint, channels=positions + tuple(f"{axis}rotation" for axis in order))
+        angles = np.degrees(np.unwrap(angles[:, :len(order)], axis=0))
         values = dict(zip(POSITION_CHANNELS, translations[:, index].T))
         values.update({f"{axis}rotation": column for axis, column in zip(order, angles.T)})
         joints.append(joint)
         columns += [values[channel] for channel in joint.channels]
-    return Clip(tuple(joints), frame_time,
-                np.stack(columns, axis=1) if columns else np.zeros((len(rotations), 0)))
+    table = np.stack(columns, axis=1) if columns else np.zeros((len(rotations), 0))
+    return Clip(tuple(joints), frame_time, table)
 
 
-def _angles(R, order):
-    """Degrees (T, len(order)), continuous over time; None when these axes alone cannot make R."""
-    full = order + "".join(axis for axis in "ZXY" if axis not in order)
-    angles = rotation.matrix_to_euler(R, full)
-    if np.abs(angles[:, len(order):]).max(initial=0) > 1e-9:
-        return None
-    return np.degrees(np.unwrap(angles[:, :len(order)], axis=0))
-
-
-def forward_kinematics(parents, rotations, translations):
+def forward_kinematics(parents: Iterable[int], rotations: np.ndarray,
+                       translations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     r"""World transforms from local ones, parents before children:
 
         R_j = R_parent(j) r_j,    p_j = p_parent(j) + R_parent(j) t_j
 
     parents : (J,), -1 for the root;  rotations : (T, J, 3, 3);  translations : (T, J, 3)
     ->  world rotations (T, J, 3, 3), world positions (T, J, 3)
+
+    >>> turns = rotation.axis_rotation("Z", [[np.pi / 2, 0.0]])      # one frame, the root turned
+    >>> forward_kinematics([-1, 0], turns, np.array([[[0, 5, 0], [2, 0, 0]]]))[1].round(6)
+    array([[[0., 5., 0.],
+            [0., 7., 0.]]])
     """
-    world_rotations, positions = [], []
+    world_rotations: list[np.ndarray] = []
+    positions: list[np.ndarray] = []
     for j, parent in enumerate(parents):
         if parent < 0:
             world_rotations.append(rotations[:, j])
             positions.append(translations[:, j])
         else:
-            world_rotations.append(world_rotations[parent] @ rotations[:, j])
-            positions.append(positions[parent]
-                             + (world_rotations[parent] @ translations[:, j, :, None])[..., 0])
+            above = world_rotations[parent]
+            world_rotations.append(above @ rotations[:, j])
+            positions.append(positions[parent] + (above @ translations[:, j, :, None])[..., 0])
     return np.stack(world_rotations, axis=1), np.stack(positions, axis=1)
 
 
-def resample(rotations, translations, fps, new_fps, *, smooth=True):
+def resample(rotations: np.ndarray, translations: np.ndarray, fps: float, new_fps: float, *,
+             smooth: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """A pose at another frame rate, first frame on first frame; what stands in both stays as it is.
 
     To a higher rate along smooth curves through the frames: translations by a cubic spline,
@@ -102,31 +141,37 @@ def resample(rotations, translations, fps, new_fps, *, smooth=True):
     left out, and what falls between two is read by slerp. Never interpolate Euler angles: they wrap
     by 360 degrees and swing near the gimbal pole.
 
-    rotations (T, J, 3, 3), translations (T, J, 3), frames a second;  smooth : False for slerp and
-    straight lines to higher rates too  ->  the same at `new_fps`.
-    T frames at 30 fps give 2 T - 1 at 60. The same rate gives the same arrays; one frame stays one.
+    rotations : (T, J, 3, 3);  translations : (T, J, 3)
+    fps, new_fps : frames a second, now and wanted
+    smooth : False for slerp and straight lines to higher rates too
+    ->  the same at `new_fps`; the same arrays where there is nothing to do
+    Raises ValueError for a rate that no recording has.
+
+    >>> R, t = np.tile(np.eye(3), (3, 1, 1, 1)), np.array([[[0, 0, 0]], [[2, 0, 0]], [[4, 0, 0]]])
+    >>> resample(R, t, 30.0, 60.0)[1][:, 0, 0].round(6)              # 2 T - 1 frames
+    array([0., 1., 2., 3., 4.])
     """
     frames = len(rotations)
     if fps == new_fps or frames == 1:
         return rotations, translations
     if not SLOWEST <= fps <= FASTEST:
-        raise ValueError(
-            f"frame rate: found {fps:g} frames/s, needed {SLOWEST:g} to {FASTEST:g} to "
-            f"make {new_fps:g} of them; is the frame time right?")
+        raise ValueError(f"frame rate: found {fps:g} frames/s, needed {SLOWEST:g} to {FASTEST:g} "
+                         f"to make {new_fps:g} of them; is the frame time right?")
     new_frames = int(np.floor((frames - 1) * new_fps / fps + 1e-6)) + 1
     time = np.minimum(np.arange(new_frames) * (fps / new_fps), frames - 1)
     if smooth and new_fps > fps:
         return (rotation.smooth_rotations(rotations, time),
                 CubicSpline(np.arange(frames), translations)(time))
     before = np.minimum(time.astype(int), frames - 2)
-    t = time - before
-    return (rotation.slerp(rotations[before], rotations[before + 1],
-                           t[:, None]), translations[before] + t[:, None, None] *
-            (translations[before + 1] - translations[before]))
+    t = (time - before)[:, None]
+    a, b = translations[before], translations[before + 1]
+    return (rotation.slerp(rotations[before], rotations[before + 1], t),
+            a + t[..., None] * (b - a))
 
 
-def clip_at(clip, fps=60.0):
-    """The pose of a clip at a frame rate, 60 a second unless told.
-    Clip  ->  rotations, translations
+def clip_at(clip: Clip, fps: float = 60.0) -> tuple[np.ndarray, np.ndarray]:
+    """The pose of a clip at a frame rate, 60 a second unless told, by `resample`.
+
+    clip : J joints  ->  rotations (T, J, 3, 3), translations (T, J, 3)
     """
     return resample(*local_pose(clip), clip.fps, fps)

@@ -13,7 +13,7 @@ from ..holden2017.trained import Manifold, Style
 from ..motion.features import FEATURES, LEG_RANGE
 from ..motion.joints import BONES
 from ..motion.known import NUMBERS, Known
-from ..motion.prepare import FORMS, Normaliser
+from ..motion.windows import FORMS, Normaliser
 from ..storage import FormatError, load_npz, plausible, save_npz
 
 VERSION, STYLE_VERSION = 2, 3          # since these the root's velocity is that to the next frame

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..motion import rotation
-from ..embedded.gait import ease
+from ..motion.easing import ease
 from .align import HIGHEST, LOWEST, interpolate, turned
 from .database import blend_inputs, coefficients
 from .observe import observe

@@ -10,8 +10,8 @@ import pytest
 from refimpl.motion import bvh, joints, skeleton
 from refimpl.embedded import gait, walkers as synthetic
 from refimpl.motion.joints import FEET, HEELS, SLOT, TOES
-from refimpl.embedded.walkers import (CONTENTS, FPS, STYLES, Person, Style, blend, make_clip,
-                                      make_database, person)
+from refimpl.embedded.walkers import CONTENTS, FPS, STYLES, make_clip, make_database
+from refimpl.embedded.manner import Person, Style, blend, person
 
 ALL = [(content, style) for content in CONTENTS for style in STYLES]
 MOVING = ("walk", "jog", "turn-left", "turn-right")
@@ -270,7 +270,7 @@ def test_hips_never_out_of_reach():
     """The height stays below a limit that jumps."""
     rng = np.random.default_rng(0)
     limit = 80.0 + rng.uniform(0, 8, 200)
-    ankle = np.stack([np.zeros(200), limit - gait.REACH, np.zeros(200)], axis=1)
+    ankle = np.stack([np.zeros(200), limit - gait.LEG_REACH, np.zeros(200)], axis=1)
     foot = gait.FootPlan(ankle, *[np.zeros(200)] * 3, *[np.ones(200, bool)] * 2, np.zeros(200))
     for frames in (1, 5, 12):
         height = gait.hip_height(np.full(200, 90.0), np.zeros((200, 3)), [np.zeros((200, 3))], [foot], frames)

@@ -11,7 +11,7 @@ from refimpl.holden2016 import bridge, files, losses, network, rows, search
 from refimpl.motion.dataset import assemble, save_dataset
 from refimpl.motion.features import scale
 from refimpl.embedded.walkers import make_database
-from refimpl.motion.take import make_take
+from refimpl.motion.body import make_take
 
 
 @pytest.fixture(scope="module")

@@ -5,17 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from refimpl.experiments import evaluate
+from refimpl.experiments import classifiers as judges, evaluate
 from refimpl.holden2016 import bridge, network, rows
-from refimpl.experiments import classifiers as judges
 from refimpl.holden2017 import networks
 from refimpl.holden2017.trained import Manifold, Style
 from refimpl.motion.dataset import assemble
 from refimpl.motion.features import POSITIONS
 from refimpl.motion.joints import FEET
-from refimpl.motion.prepare import fit_normaliser
+from refimpl.motion.windows import fit_normaliser
 from refimpl.embedded.walkers import make_database
-from refimpl.motion.take import make_take
+from refimpl.motion.body import make_take
 
 
 @pytest.fixture(scope="module")

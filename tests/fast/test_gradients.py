@@ -14,12 +14,13 @@ from refimpl.holden2017.pairing import TrainingSet
 from refimpl.holden2017.losses import READINGS
 from refimpl.holden2017.trained import Manifold
 from refimpl.fast.autoencoder import AutoencoderStep
-from refimpl.fast.gradients import StyleStep, autoencoder_gradients, style_gradients
+from refimpl.fast.gradients import StyleStep, style_gradients
+from refimpl.fast.autoencoder import autoencoder_gradients
 from refimpl.fast.shards import sharded
 from refimpl.fast.stylist import Stylist
 from refimpl.holden2017.objective import Batch, Weights
 from refimpl.motion.joints import BONES
-from refimpl.motion.prepare import Normaliser
+from refimpl.motion.windows import Normaliser
 
 
 def made(seed, *, hidden=10, channels=6, width=9, T_width=None, dtype=float):

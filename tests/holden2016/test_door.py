@@ -17,7 +17,7 @@ from refimpl.fast.stylist import Stylist
 from refimpl.holden2017.objective import Batch, motion_losses, motion_losses_backward
 from refimpl.motion import features as F
 from refimpl.embedded.walkers import make_clip
-from refimpl.motion.take import make_take
+from refimpl.motion.body import make_take
 from refimpl.storage import FormatError
 
 

@@ -10,11 +10,11 @@ from refimpl.experiments import measures as measure
 from refimpl.holden2017 import networks, objective
 from refimpl.holden2017.trained import Manifold
 from refimpl.holden2017.train import annealed
-from refimpl.motion.features import VELOCITIES
+from refimpl.motion.features import VELOCITIES, bone_lengths
 from refimpl.motion.joints import BONES
-from refimpl.motion.prepare import fit_normaliser
+from refimpl.motion.windows import fit_normaliser
 from refimpl.embedded.walkers import make_clip
-from refimpl.motion.take import bone_lengths, make_take
+from refimpl.motion.body import make_take
 
 
 def problem(seed):

@@ -14,7 +14,7 @@ from refimpl.holden2017.train import State
 from refimpl.motion import bvh, rotation, skeleton
 from refimpl.motion.foot_ik import two_bone
 from refimpl.motion.joints import map_joints
-from refimpl.motion.prepare import foot_contacts
+from refimpl.motion.feet import foot_contacts
 
 F32 = 8e-8
 
@@ -242,7 +242,7 @@ def test_two_bone_ik_of_the_later_code(load):
     reach = thigh + shin - w["max_length_buffer"][:, 0]          # their legs stay shorter than their bones
     size = np.linalg.norm(goal, axis=1)
     goal = hip + goal * (np.minimum(size, reach) / size)[:, None]
-    turned = rotation.shortest_rotation(ankle - hip, goal - hip) @ w["forward"][:, :, None]     # the knee's side turns with the leg, as in `foot_ik.plant`
+    turned = rotation.shortest_rotation(ankle - hip, goal - hip) @ w["forward"][:, :, None]     # the knee's side turns with the leg, as in `foot_ik.lock_feet`
     found = two_bone(hip, goal, thigh, shin, turned[..., 0])
     close(goal, w["ankle_after"], 3e-6)
     close(found, w["knee_after"], 3e-6)

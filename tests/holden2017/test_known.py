@@ -10,10 +10,10 @@ from refimpl.motion.known import LEAST, STRANGE, known
 from refimpl.holden2017.trained import Manifold, Style
 from refimpl.styles.files import load_style, save_style
 from refimpl.holden2017.transfer import transfer
-from refimpl.motion.features import SIDEWAYS, path_error, path_length
-from refimpl.motion.prepare import fit_normaliser
+from refimpl.motion.features import SIDEWAYS, bone_lengths, path_error, path_length
+from refimpl.motion.windows import fit_normaliser
 from refimpl.embedded.walkers import make_clip, make_database
-from refimpl.motion.take import bone_lengths, make_take
+from refimpl.motion.body import make_take
 
 
 @pytest.fixture(scope="module")

@@ -132,7 +132,7 @@ def test_precision_is_kept(rng, dtype):
 def test_real_planted_feet_cost_nearly_nothing():
     """On motion whose feet truly stand, equation 7 is small; shifting the body's velocity makes it large."""
     from refimpl.embedded.walkers import make_clip
-    from refimpl.motion.take import make_take
+    from refimpl.motion.body import make_take
     made = make_clip("walk", "normal", seconds=4.0)
     take = make_take(made.clip)
     x, contacts = take.features.T[None], made.contacts.T[None].astype(float)

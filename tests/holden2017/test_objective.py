@@ -87,7 +87,7 @@ def test_every_term_counts():
 
 def lesson_and_manifold():
     from refimpl.holden2017.trained import Manifold
-    from refimpl.motion.prepare import Normaliser
+    from refimpl.motion.windows import Normaliser
     _, target, L, mean, deviation, _ = problem()
     lesson = TrainingSet(target.I, target.contacts, target.trajectory, {"walk": target.gram[0]}, ("walk", "walk"), target.bones)
     return lesson, Manifold(L, Normaliser(mean, deviation, "made up"), 80.0, target.bones)

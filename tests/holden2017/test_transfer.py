@@ -7,11 +7,12 @@ from refimpl.holden2017 import networks
 from refimpl.holden2017.trained import Manifold, Style
 from refimpl.holden2017.transfer import onto_skeleton, transfer
 from refimpl.motion import bvh, joints
-from refimpl.motion.bvh import Clip, Joint
-from refimpl.motion.footing import floor_penetration, foot_skate, pace
-from refimpl.motion.prepare import fit_normaliser
+from refimpl.motion.clip import Clip, Joint
+from refimpl.motion.feet import floor_penetration, foot_skate, pace
+from refimpl.motion.windows import fit_normaliser
 from refimpl.embedded.walkers import make_clip
-from refimpl.motion.take import bone_lengths, make_take, read_take
+from refimpl.motion.features import bone_lengths
+from refimpl.motion.body import make_take, read_take
 
 
 def foreign(clip, names, scale, arms):

@@ -19,12 +19,12 @@ from refimpl.holden2017.trained import Manifold, Style
 from refimpl.styles.files import load_manifold, load_style, save_manifold, save_style
 from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic
-from refimpl.motion.bvh import BVHError
+from refimpl.motion.clip import BVHError
 from refimpl.motion.dataset import LabelError, assemble, labels_from_file, load_dataset, save_dataset
 from refimpl.motion.features import FEATURES
 from refimpl.motion.joints import BONES, MappingError, map_joints, read_mapping
-from refimpl.motion.prepare import Normaliser
-from refimpl.motion.take import make_take
+from refimpl.motion.windows import Normaliser
+from refimpl.motion.body import make_take
 from refimpl.storage import FormatError
 
 SECONDS = 1.0

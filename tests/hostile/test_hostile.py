@@ -18,7 +18,7 @@ from refimpl.commands.checkpoint import fingerprint, load_checkpoint, save_check
 from refimpl.holden2017.train import Record, State, start_state
 from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic
-from refimpl.motion.bvh import BVHError
+from refimpl.motion.clip import BVHError
 from refimpl.storage import FormatError, atomic_write, load_npz, save_npz
 from tests.hostile.fuzz import campaign, made_clips
 from tests.hostile.kills import campaign as killing, commands, prepare_folder

@@ -6,7 +6,7 @@ import pytest
 
 from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic
-from refimpl.motion.bvh import BVHError, Clip, Joint
+from refimpl.motion.clip import BVHError, Clip, Joint
 
 SMALL = """HIERARCHY
 ROOT Hips

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from refimpl.holden2017 import losses
-from refimpl.motion import features as F
-from refimpl.motion import prepare, rotation
+from refimpl.motion import features as F, rotation
 from refimpl.motion.joints import FEET, SLOT
 
 
@@ -84,36 +83,6 @@ def test_path_error_and_length_by_hand():
     assert F.path_length(x) == 8.0 and F.path_error(x, y) == (2.0, 4.0)
 
 
-def test_the_2016_normaliser_is_the_authors(witness):
-    data = np.load(witness / "1_preprocessing.npz")
-    windows = []
-    for name in data["normaliser_clips"]:
-        for begin in data[f"{name}_window_starts"]:
-            rows = data[f"{name}_rows"][begin:begin + 240]
-            before = -(-(240 - len(rows)) // 2)                  # the odd row on the left
-            padded = np.pad(rows, ((before, 240 - len(rows) - before), (0, 0)), mode="edge")
-            padded[:before, 66:69] = padded[before + len(rows):, 66:69] = 0
-            windows.append(padded)
-    rows = np.concatenate(windows)
-    features = np.concatenate([rows[:, 3:66], rows[:, [68, 67, 66]]], axis=1)            # turning (its sign is no matter), forward, sideways
-    found = prepare.fit_normaliser(features, "witness", contacts=rows[:, 69:], form="2016")
-    needed = np.concatenate([data["Xstd"][3:66], data["Xstd"][[68, 67, 66]]])
-    np.testing.assert_allclose(found.deviation, needed, rtol=1e-9)
-    np.testing.assert_allclose(found.mean[:63], data["Xmean"][3:66], rtol=1e-9, atol=1e-9)
-
-
-def test_forms_of_a_normaliser():
-    rng = np.random.default_rng(0)
-    x = random_motion(rng, 40)
-    features = F.encode(x)[0]
-    with pytest.raises(ValueError, match="form: found 'z', needed one of groups, 2016"):
-        prepare.fit_normaliser(features, "x", form="z")
-    with pytest.raises(ValueError, match=r"contacts: found shape \(\), needed \(40, 4\)"):
-        prepare.fit_normaliser(features, "x", form="2016")
-    found = prepare.fit_normaliser(features, "x", contacts=np.zeros((40, 4)), form="2016")
-    assert found.form == "2016" and len(set(found.deviation[F.POSITIONS])) == 2 and (found.mean[F.VELOCITIES] == 0).all()
-
-
 def test_last_row_repeats_the_velocities_and_one_frame_stands_still():
     x, _ = F.encode(random_motion(np.random.default_rng(2)))
     np.testing.assert_array_equal(x[-1, F.VELOCITIES], x[-2, F.VELOCITIES])
@@ -138,50 +107,3 @@ def test_floor_is_the_resting_height_of_the_lowest_foot():
     motion[:, FEET, 1] = np.array([12.0, 4.25, 12, 4.25])
     motion[50, FEET[1], 1] = 3.5                                 # one frame below: a stumble of the capture
     assert abs(F.floor_height(motion) - 4.25) < 0.03
-
-
-def test_contacts_need_slowness_and_lowness():
-    motion = np.broadcast_to(random_motion(np.random.default_rng(3), 1), (10, 21, 3)).copy()
-    motion[:, FEET, 1] = np.array([11.0, 4.0, 11, 4.0])
-    assert prepare.foot_contacts(motion).all()
-    fast = motion.copy()
-    fast[:, FEET[0], 0] += np.arange(10) * 5.0
-    assert not prepare.foot_contacts(fast)[:, 0].any() and prepare.foot_contacts(fast)[:, 1:].all()
-    high = motion.copy()
-    high[:, FEET[3], 1] += 8.0
-    assert not prepare.foot_contacts(high)[:, 3].any()
-    for unit in (0.01, 5.4, 100):                                # the thresholds scale with the character
-        np.testing.assert_array_equal(prepare.foot_contacts(fast * unit), prepare.foot_contacts(fast))
-
-
-def test_windows_of_a_long_clip_cover_it():
-    x, contacts = np.arange(500 * 66.0).reshape(500, 66), np.zeros((500, 4), bool)
-    cut, planted = prepare.windows(x, contacts)
-    assert cut.shape == (4, 240, 66) and planted.shape == (4, 240, 4)
-    np.testing.assert_array_equal(cut[1], x[120:360])
-    np.testing.assert_array_equal(cut[-1], x[260:])
-    assert len(prepare.windows(x[:480], contacts[:480])[0]) == 3
-
-
-def test_a_short_clip_is_padded_standing_still():
-    x, contacts = random_motion(np.random.default_rng(4), 100), np.ones((100, 4), bool)
-    x = F.encode(x)[0]
-    cut, planted = prepare.windows(x, contacts)
-    assert cut.shape == (1, 240, 66) and planted.all()
-    np.testing.assert_array_equal(cut[0, 70:169], x[:99])
-    assert not cut[0, :70, F.VELOCITIES].any() and not cut[0, 169:, F.VELOCITIES].any()
-    positions = F.decode(cut[0])
-    np.testing.assert_allclose(np.diff(positions[:71], axis=0), 0, atol=1e-12)
-    np.testing.assert_allclose(np.diff(positions[169:], axis=0), 0, atol=1e-12)
-
-
-def test_normaliser():
-    rng = np.random.default_rng(5)
-    x = rng.normal(3, 7, (1000, 66))
-    n = prepare.fit_normaliser(x, "made up")
-    assert n.source == "made up" and len(np.unique(n.deviation)) == 3
-    assert not n.mean[F.VELOCITIES].any()
-    np.testing.assert_allclose(n.undo(n.apply(x)), x, atol=1e-12)
-    assert n.apply(x.astype(np.float32)).dtype == np.float32
-    still = np.zeros((10, 66))
-    assert (prepare.fit_normaliser(still, "still").deviation > 0).all()

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from refimpl.motion import foot_ik
-from refimpl.motion.footing import floor_penetration, foot_skate, jerk
+from refimpl.motion.feet import floor_penetration, foot_skate, jerk
 from refimpl.motion.joints import BONES, FEET, LEGS, SLOT
 from refimpl.embedded.walkers import make_clip
-from refimpl.motion.take import make_take
+from refimpl.motion.body import make_take
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def test_no_bone_ever_stretches(walk, seed, frames, floor, blend):
     rng = np.random.default_rng(seed)
     positions = walk.positions[:frames] + rng.normal(0, 3, (frames, 1, 3)).cumsum(axis=0)
     contacts = rng.random((frames, 4)) < rng.random()
-    planted = foot_ik.plant(positions, contacts, floor, blend=blend)
+    planted = foot_ik.lock_feet(positions, contacts, floor, blend=blend)
     assert np.isfinite(planted).all()
     np.testing.assert_allclose(lengths(planted), lengths(positions), rtol=1e-9)
     above = [j for j in range(21) if j not in np.ravel(LEGS) or j in (SLOT["LeftUpLeg"], SLOT["RightUpLeg"])]
@@ -64,21 +64,21 @@ def test_planted_feet_do_not_slide_nor_sink_nor_pop(walk, speed):
     positions[:, FEET, 1] -= 1.0
     before = foot_skate(positions, walk.contacts)
     assert before > abs(speed) * 0.7
-    planted = foot_ik.plant(positions, walk.contacts, walk.start.floor)
+    planted = foot_ik.lock_feet(positions, walk.contacts, walk.start.floor)
     assert foot_skate(planted, walk.contacts) < 1e-9
     assert floor_penetration(positions, walk.start.floor)[1] > 0.5 and floor_penetration(planted, walk.start.floor)[1] < 1e-9
     assert jerk(planted) < 3.0 * jerk(walk.positions)                     # a lock begins within a frame; without blending some 6 times
-    np.testing.assert_allclose(foot_ik.plant(planted, walk.contacts, walk.start.floor), planted, atol=1e-4)
+    np.testing.assert_allclose(foot_ik.lock_feet(planted, walk.contacts, walk.start.floor), planted, atol=1e-4)
 
 
 def test_without_labels_and_above_the_floor_nothing_moves(walk):
-    planted = foot_ik.plant(walk.positions, np.zeros_like(walk.contacts), -100.0)
+    planted = foot_ik.lock_feet(walk.positions, np.zeros_like(walk.contacts), -100.0)
     np.testing.assert_allclose(planted, walk.positions, atol=1e-5)
 
 
 def test_a_toe_that_is_not_planted_is_lifted_out_of_the_floor(walk):
     floor = walk.start.floor + 2.0
-    planted = foot_ik.plant(walk.positions, np.zeros_like(walk.contacts), floor)
+    planted = foot_ik.lock_feet(walk.positions, np.zeros_like(walk.contacts), floor)
     assert floor_penetration(planted, floor)[1] < 1e-9 < floor_penetration(walk.positions, floor)[1]
 
 
@@ -86,7 +86,7 @@ def test_a_body_too_far_away_sinks_smoothly_and_reaches(walk):
     contacts = np.ones((120, 4), bool)
     positions = np.repeat(walk.positions[[20]], 120, axis=0)
     positions[60:90, :, 1] += 6.0                                        # it jumps, and its feet shall stay
-    planted = foot_ik.plant(positions, contacts, walk.start.floor)
+    planted = foot_ik.lock_feet(positions, contacts, walk.start.floor)
     down = positions[:, 0, 1] - planted[:, 0, 1]
     assert foot_skate(planted, contacts) < 1e-9 and np.abs(np.diff(planted[:, FEET, 1], axis=0)).max() < 1e-9
     assert down[70] > 3.0 and down[0] < down[70] and np.abs(np.diff(down)).max() < 0.6
@@ -95,7 +95,7 @@ def test_a_body_too_far_away_sinks_smoothly_and_reaches(walk):
 def test_a_point_that_no_leg_reaches_is_approached(walk):
     positions = walk.positions.copy()
     positions[..., 2] += np.linspace(0, 3000.0, len(positions))[:, None]
-    planted = foot_ik.plant(positions, np.ones_like(walk.contacts), walk.start.floor)
+    planted = foot_ik.lock_feet(positions, np.ones_like(walk.contacts), walk.start.floor)
     for hip, knee, ankle, _ in LEGS:
         leg = lengths(positions)[[b == (hip, knee) or b == (knee, ankle) for b in BONES]].sum(axis=0)
         assert (np.linalg.norm(planted[:, ankle] - planted[:, hip], axis=1) <= leg * (1 + 1e-12)).all()
@@ -114,16 +114,7 @@ def test_an_ankle_and_a_toe_that_meet_are_one_foot_apart():
     assert (np.diff(a[5:16], axis=0) == 0).all() and (np.diff(b[10:26], axis=0) == 0).all()
 
 
-def test_values_fade_from_both_sides_and_a_short_gap_is_filled():
-    values, known = np.full((30, 1), 2.0), np.zeros(30, bool)
-    known[[5, 9, 25]] = True
-    out = foot_ik.faded(values, known, 4)[:, 0]
-    np.testing.assert_allclose(out[5:10], 2.0)
-    assert out[0] == out[17] == 0 and (np.diff(out[:6]) >= 0).all() and (np.diff(out[9:15]) <= 0).all() and 0 < out[13] < out[10] < 2
-    assert not foot_ik.faded(values, np.zeros(30, bool), 4).any()
-
-
 @pytest.mark.parametrize("blend", [0, 1.5, True, -3])
 def test_a_blend_that_cannot_be_is_named(walk, blend):
     with pytest.raises(ValueError, match="blend: found .*, needed a whole number of frames from 1 on"):
-        foot_ik.plant(walk.positions, walk.contacts, blend=blend)
+        foot_ik.lock_feet(walk.positions, walk.contacts, blend=blend)

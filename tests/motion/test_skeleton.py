@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from refimpl.motion import rotation, skeleton
-from refimpl.motion.footing import jerk
+from refimpl.motion.feet import jerk
 from refimpl.embedded.walkers import make_clip
-from refimpl.motion.take import make_take
+from refimpl.motion.body import make_take
 
 
 def swing(rng, joints=3):

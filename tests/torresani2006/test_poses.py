@@ -68,7 +68,7 @@ def test_a_joint_a_half_turn_from_zero_does_not_flip():
     R = rotation.exp_map(swing[:, None, None] * np.array([1.0, 0, 0]))
     shortest = rotation.log_map(R)
     assert np.abs(np.diff(shortest, axis=0)).max() > 6
-    v = poses.exponential_maps(R, poses._mean_rotation(R[:, 0].mean(axis=0))[None])
+    v = poses.exponential_maps(R, rotation.nearest_rotation(R[:, 0].mean(axis=0))[None])
     assert np.linalg.norm(v, axis=-1).max() < 0.3
 
 

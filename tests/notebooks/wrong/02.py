@@ -5,7 +5,7 @@ import numpy as np
 from refimpl.motion import features as f66
 from refimpl.motion.features import FORWARD, POSITIONS, SIDEWAYS, TRANSLATION, TURN, VELOCITIES
 from refimpl.motion.joints import FEET
-from refimpl.motion.prepare import CONTACT_HEIGHTS, CONTACT_SPEED2
+from refimpl.motion.feet import CONTACT_HEIGHTS, CONTACT_SPEED2
 from refimpl.motion.rotation import yaw_rotation
 
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from refimpl.motion import bvh, features, joints, retarget, skeleton
+from refimpl.motion import body, bvh, features, joints, skeleton
 from refimpl.embedded import walkers as synthetic
-from refimpl.motion.bvh import Clip, Joint
-from refimpl.motion.take import bone_lengths, guess_unit, make_take, read_take, standing_height
+from refimpl.motion.clip import Clip, Joint
+from refimpl.motion.features import bone_lengths
+from refimpl.motion.body import guess_unit, make_take, read_take, standing_height
 
 MADE = synthetic.make_clip("walk", "normal", seconds=2.0)
 
@@ -67,7 +68,7 @@ def z_up(clip):
 def test_z_up_is_noticed_and_written_back_z_up():
     take, turned = make_take(MADE.clip), make_take(z_up(MADE.clip))
     np.testing.assert_allclose(turned.features, take.features, atol=1e-8)
-    again = retarget.to_clip(turned, turned.positions)
+    again = body.to_clip(turned, turned.positions)
     np.testing.assert_allclose(make_take(again).positions, turned.positions, atol=1e-8)
     rotations, translations = skeleton.local_pose(again)
     assert translations[:, 0, 2].mean() > 50                     # the hips' height stands in z
@@ -90,7 +91,7 @@ def random_targets(take, rng, size=6.0):
 def test_bones_keep_their_length_and_directions_follow_the_targets():
     take = make_take(MADE.clip)
     targets = random_targets(take, np.random.default_rng(0))
-    rotations, translations = retarget.fit_pose(take, targets)
+    rotations, translations = body.fit_pose(take, targets)
     np.testing.assert_array_equal(translations[:, 1:], take.translations[:, 1:])
     _, world = skeleton.forward_kinematics(take.clip.parents, rotations, translations)
     np.testing.assert_allclose(world[:, 0], targets[:, 0], atol=1e-9)
@@ -103,7 +104,7 @@ def test_bones_keep_their_length_and_directions_follow_the_targets():
 
 def test_unmoved_targets_give_the_content_back():
     take = make_take(MADE.clip)
-    rotations, translations = retarget.fit_pose(take, take.positions)
+    rotations, translations = body.fit_pose(take, take.positions)
     np.testing.assert_allclose(rotations, take.rotations, atol=1e-9)
     np.testing.assert_allclose(translations, take.translations, atol=1e-9)
 
@@ -127,7 +128,7 @@ def test_real_clips_there_and_back(mocap):
         assert len(take.positions) == 2 * take.clip.frames - 1
         np.testing.assert_allclose(features.decode(take.features, take.start), take.positions, atol=1e-9 * 160)
         assert bvh.parse_bvh(bvh.format_bvh(take.clip)).joints == take.clip.joints
-        written = retarget.to_clip(take, random_targets(take, np.random.default_rng(1)))
+        written = body.to_clip(take, random_targets(take, np.random.default_rng(1)))
         assert written.names == take.clip.names and written.fps == 60.0
         old, new = skeleton.local_pose(take.clip)[1], skeleton.local_pose(written)[1]
         np.testing.assert_allclose(new[:, 2:], np.broadcast_to(old[:1, 2:], new[:, 2:].shape), atol=1e-4)
