@@ -22,7 +22,7 @@ def adam_start(params: Arrays) -> dict[str, Any]:
     >>> adam_start({"w": np.ones(2)})
     {'t': 0, 'm': {'w': array([0., 0.])}, 'v': {'w': array([0., 0.])}}
     """
-    for name, p in params.items():
+    for name, p in dict[str, Any](params).items():
         check_arrays(**{f"params[{name!r}]": p}, real=True)
     zeros = [{name: np.zeros_like(p) for name, p in params.items()} for _ in "mv"]
     return {"t": 0, "m": zeros[0], "v": zeros[1]}

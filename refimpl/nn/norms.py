@@ -24,7 +24,6 @@ def sum_squares(r: np.ndarray) -> np.ndarray:
     >>> sum_squares(np.array([[3.0, 4.0], [0.0, 2.0]]))
     array([25.,  4.])
     """
-    _check(r)
     scale, _, squares = _scaled(r)
     return squares * scale * scale
 
@@ -45,8 +44,7 @@ def mean_squares(r: np.ndarray) -> np.ndarray:
     >>> mean_squares(np.array([[3.0, 4.0]]))
     array([12.5])
     """
-    _check(r, mean=True)
-    scale, _, squares = _scaled(r)
+    scale, _, squares = _scaled(r, mean=True)
     return squares / math.prod(r.shape[1:]) * scale * scale
 
 
@@ -72,7 +70,6 @@ def norm(r: np.ndarray) -> np.ndarray:
     >>> norm(np.array([[3e200, 4e200]]))                      # 9e400 would be infinite
     array([5.e+200])
     """
-    _check(r)
     scale, _, squares = _scaled(r)
     return scale * np.sqrt(squares)
 
@@ -167,9 +164,10 @@ def absolute_error_backward(dloss: Any, x: np.ndarray, y: np.ndarray, *,
     return dx, -dx
 
 
-def _scaled(r):
+def _scaled(r, mean=False):
     """The power of two next to the largest element of each clip (N,), r divided by it (N, ...), and
     the sum of the squares of that (N,)."""
+    _check(r, mean)
     rest = tuple(range(1, r.ndim))
     scale = power_of_two(np.max(np.abs(r), axis=rest, initial=0))
     part = r / _spread(scale, r)

@@ -3,6 +3,8 @@ r"""Pooling over time: the largest or the mean of each window, and the ways back
 Window t holds the positions `t stride + k dilation - padding`, k = 0 .. width - 1, of the input.
 """
 
+from typing import Any
+
 import numpy as np
 
 from .arguments import check_arrays, check_shape, check_whole
@@ -22,7 +24,6 @@ def max_pool1d(x: np.ndarray, width: int = 2, *, stride: int | None = None, padd
     >>> max_pool1d(np.array([[[1.0, 5, 7, 3]]]))
     array([[[5., 7.]]])
     """
-    check_arrays(x=x, ndim={"x": 3}, real=True)
     return _windows(x, -np.inf, width, stride, padding, dilation, ceil_mode)[0].max(axis=-1)
 
 
@@ -42,7 +43,8 @@ def max_pool1d_backward(dy: np.ndarray, x: np.ndarray, width: int = 2, *, stride
                                  ceil_mode=ceil_mode)
     check_arrays(x=x, dy=dy, real=True, shape=indices.shape)
     dx = np.zeros(x.shape[:2] + (x.shape[2] + 1,), dy.dtype)     # place -1, the last, is dropped
-    np.add.at(dx, (*np.ogrid[:len(x), :x.shape[1], :0][:2], indices), dy)
+    places: Any = *np.indices(dy.shape, sparse=True)[:2], indices
+    np.add.at(dx, places, dy)
     return dx[:, :, :-1]
 
 
@@ -56,7 +58,6 @@ def max_pool1d_indices(x: np.ndarray, width: int = 2, *, stride: int | None = No
     >>> max_pool1d_indices(np.array([[[1.0, 5, 7, 7]]]))
     array([[[1, 2]]])
     """
-    check_arrays(x=x, ndim={"x": 3}, real=True)
     windows, positions, inside = _windows(x, -np.inf, width, stride, padding, dilation, ceil_mode)
     k, t = windows.argmax(axis=-1), np.arange(len(positions))    # the first largest, NaN if any
     # In a window of -inf alone: its first real element, not the padding.
@@ -109,7 +110,6 @@ def avg_pool1d(x: np.ndarray, width: int = 2, *, stride: int | None = None, padd
     >>> avg_pool1d(np.array([[[1.0, 5, 7, 3]]]))
     array([[[3., 5.]]])
     """
-    check_arrays(x=x, ndim={"x": 3})
     windows, positions, inside = _windows(x, 0.0, width, stride, padding, 1, ceil_mode)
     counted = positions < x.shape[2] + int(padding) if count_include_pad else inside
     return _mean(windows, counted.sum(axis=1).astype(x.real.dtype))
@@ -125,19 +125,19 @@ def avg_pool1d_backward(dy: np.ndarray, x: np.ndarray, width: int = 2, *, stride
     >>> avg_pool1d_backward(np.array([[[10.0, 20]]]), np.zeros((1, 1, 4)))
     array([[[ 5.,  5., 10., 10.]]])
     """
-    check_arrays(x=x, dy=dy, ndim={"x": 3})
     _, positions, inside = _windows(x, 0.0, width, stride, padding, 1, ceil_mode)
-    check_shape("dy", dy, x.shape[:2] + positions.shape[:1], ", the shape of the output")
+    check_arrays(x=x, dy=dy, shape=x.shape[:2] + positions.shape[:1])
     counted = positions < x.shape[2] + int(padding) if count_include_pad else inside
     share = dy / counted.sum(axis=1).astype(x.real.dtype)
     dx = np.zeros(x.shape[:2] + (x.shape[2] + 1,), np.promote_types(share.dtype, np.float64))
-    np.add.at(dx, (..., np.where(inside, positions, -1)), share[..., None])
+    places: Any = ..., np.where(inside, positions, -1)
+    np.add.at(dx, places, share[..., None])
     return dx[:, :, :-1].astype(share.dtype)                     # place -1, the last, is dropped
 
 
 def avg_depool1d(h: np.ndarray, width: int = 2) -> np.ndarray:
-    r"""Average-depooling (Psi-dagger in equation 2 of Holden et al.): each value `width` times over, divided
-    by width.
+    r"""Average-depooling (Psi-dagger in equation 2 of Holden et al.): each value `width` times
+    over, divided by width.
 
         x[n, c, t] = h[n, c, floor(t / width)] / width
 
@@ -196,6 +196,7 @@ def random_depool1d_backward(dx: np.ndarray, h: np.ndarray, chosen: np.ndarray,
 def _windows(x, outside, width, stride, padding, dilation, ceil_mode):
     """The elements of every window (N, C, T_out, width), their positions in the input (T_out,
     width), and which of these are inside it; elements that are not are `outside`."""
+    check_arrays(x=x, ndim={"x": 3}, real=outside == -np.inf)    # only a largest needs an order
     width, stride, padding, dilation = map(
         check_whole, ("width", "stride", "padding", "dilation"),
         (width, width if stride is None else stride, padding, dilation), (1, 1, 0, 1))
@@ -216,10 +217,6 @@ def _windows(x, outside, width, stride, padding, dilation, ceil_mode):
 
 def _mean(windows, count):
     """The last axis added up and divided by count; the sum may overflow where its mean does not."""
-    with np.errstate(over="ignore"):
-        total = wide_sum(windows, -1)
-    if np.isfinite(total).all():                                 # nearly always
-        return total / count
     scale = power_of_two(np.abs(windows).max(axis=-1))
     return scale * (wide_sum(windows / scale[..., None], -1) / count)
 
