@@ -61,7 +61,7 @@ def run(arguments):
             "--clips fit?")
     progress = Progress(len(pairs) * (len(code_2016.WAYS) + 3), "search", seconds=3.0)
     measured = []
-    for row in code_2016.table([
+    for row in code_2016.ablation_rows([
         (f"{clip.name} in style {style.style}", as_rows(clip), as_rows(style), clip.fps)
             for clip, style in pairs], network, arguments.seed):
         measured.append(row)

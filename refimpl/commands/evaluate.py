@@ -68,27 +68,27 @@ def run(arguments):
     paths = {
         path.relative_to(arguments.folder).with_suffix("").as_posix(): path
         for path in find_clips(arguments.folder)}
-    manifold, chosen = styles[0].manifold, evaluate.judges_clips(dataset, styles,
-                                                                 arguments.content_style)
+    manifold, chosen = styles[0].manifold, evaluate.classifier_clips(
+        dataset, styles, arguments.content_style)
     contents = {style.name: _contents(dataset, style, paths, arguments) for style in styles}
     arguments.out.mkdir(parents=True, exist_ok=True)
-    judges = evaluate.fit_judges(chosen, manifold, dataset.leg)
+    classifiers = evaluate.fit_classifiers(chosen, manifold, dataset.leg)
     print(f"judges fitted on {len(chosen)} clips that no network learnt on")
     reference = {
         s.name: [
-            judges["joints"].embed(to_scale(c.features, dataset.leg, manifold.leg)) for c in chosen
-            if c.style == s.name] for s in styles}
+            classifiers["joints"].embed(to_scale(c.features, dataset.leg, manifold.leg))
+            for c in chosen if c.style == s.name] for s in styles}
     rows, windows = [], {}
     progress = Progress(sum(map(len, contents.values())), "clip", seconds=2.0)
     for style in styles:
-        for row, points in _style_rows(dataset, style, contents[style.name], judges, arguments,
+        for row, points in _style_rows(dataset, style, contents[style.name], classifiers, arguments,
                                        paths, progress, network):
             rows.append(row)
             windows.setdefault((row["style"], row["system"]), []).append(points)
     distances = evaluate.frechet_distances(windows, reference)
-    lines = evaluate.summary(rows, distances)
+    lines = evaluate.summarise_systems(rows, distances)
     by_style = {
-        style.name: evaluate.summary([r for r in rows if r["style"] == style.name],
+        style.name: evaluate.summarise_systems([r for r in rows if r["style"] == style.name],
                                      {k: d for k, d in distances.items() if k[0] == style.name})
         for style in styles}
     first = contents[styles[0].name][0]
@@ -154,28 +154,28 @@ def _contents(dataset, style, paths, arguments):
     return turns[:arguments.most]
 
 
-def _style_rows(dataset, style, contents, judges, arguments, paths, progress, network):
+def _style_rows(dataset, style, contents, classifiers, arguments, paths, progress, network):
     """Every system on every content, and the real takes kept out.
-    ->  yields (row, windows embedded by the judge of joints)
+    ->  yields (row, windows embedded by the classifier of joints)
     """
     manifold, drawn = style.manifold, False
 
     def row(system, content, name, measured, features):
         return {
             "style": style.name, "system": system, "content": content, "clip": name,
-            **measured}, judges["joints"].embed(features)
+            **measured}, classifiers["joints"].embed(features)
     for clip in contents:
         take, exemplars = read_take(paths[clip.name]), evaluate.exemplars_of(
             dataset, style, clip.content)
         motions = {"style": decode(exemplars[0], Start()), "content": take.positions}
         yield row("content", clip.content, clip.name,
-                  evaluate.measure(take, take, exemplars, manifold, judges),
+                  evaluate.measure(take, take, exemplars, manifold, classifiers),
                   to_scale(take.features, take.leg, manifold.leg))
         for system, result, seconds in evaluate.carry_out(take, exemplars, style, network=network):
             label = "_".join(re.findall(r"\w+", system))
             again = evaluate.read_back(
                 result.clip, arguments.out / f"{style.name}_{Path(clip.name).name}_{label}.bvh")
-            measured = evaluate.measure(again, take, exemplars, manifold, judges)
+            measured = evaluate.measure(again, take, exemplars, manifold, classifiers)
             motions[system] = again.positions
             yield row(system, clip.content, clip.name, {**measured, "seconds": seconds},
                       to_scale(again.features, take.leg, manifold.leg))
@@ -187,7 +187,7 @@ def _style_rows(dataset, style, contents, judges, arguments, paths, progress, ne
         if clip.content in style.contents and clip.content in {c.content for c in contents}:
             exemplars = evaluate.exemplars_of(dataset, style, clip.content)
             yield row("real", clip.content, clip.name,
-                      evaluate.measure_real(clip, dataset.leg, exemplars, manifold, judges),
+                      evaluate.measure_real(clip, dataset.leg, exemplars, manifold, classifiers),
                       to_scale(clip.features, dataset.leg, manifold.leg))
 
 

@@ -144,14 +144,14 @@ def _folder(arguments):
         takes[name], named[name] = read_take(path), label
         progress.step(name)
     return holden.ground(takes, named, Path(arguments.folder).name, kept_out=arguments.kept_out,
-                         learn=arguments.learn, judge=arguments.judge)
+                         learn=arguments.learn, classify=arguments.judge)
 
 
 def _embedded():
     motions = make_database(seconds_per_clip=4.5, people=7, styles=("normal", "old", "zombie"))
     return holden.ground({m.name: make_take(m.clip, name=m.name) for m in motions},
                          {m.name: (m.content, m.style) for m in motions}, "embedded motion",
-                         kept_out="_00[56]$", learn="_00[0-2]$", judge="_00[34]$")
+                         kept_out="_00[56]$", learn="_00[0-2]$", classify="_00[34]$")
 
 
 def _print(rows, names, numbers):

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..torresani2006 import align, poses, regress, segment, svr, synthesise
+from ..torresani2006 import align, pca, poses, regress, segment, svr, synthesise
 from . import definitions_torresani as plain
 
 
@@ -81,8 +81,8 @@ def principal_components(frames: np.ndarray, *, lengths: Sequence[int], componen
     largest element of each direction is positive, of those equal up to 1e-9 the first.
     """
     sequences = plain.sequences(frames, lengths)
-    fitted = regress.fit_pca(sequences, components, length)
-    return fitted.mean, fitted.basis, np.array([regress.project(fitted, x) for x in sequences])
+    fitted = pca.fit_pca(sequences, components, length)
+    return fitted.mean, fitted.basis, np.array([pca.pca_scores(fitted, x) for x in sequences])
 
 
 def gaussian_kernel(A: np.ndarray, B: np.ndarray, *, gamma: float) -> np.ndarray:

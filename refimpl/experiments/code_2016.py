@@ -1,4 +1,4 @@
-r"""What each statement of the 2016 code does: its style transfer with one statement changed at a
+"""What each statement of the 2016 code does: its style transfer with one statement changed at a
 time.
 
 Measured on the searched rows themselves, before they are brought onto a skeleton, in the network's
@@ -8,29 +8,26 @@ own scale, and told beside the content. Lengths are in units of the 2016 code, o
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from .. import nn
 from ..fast import networks
+from .holden import Row, own_jerk
 from ..holden2016 import bridge, losses, own, rows, search
 from ..holden2016.network import decode, encode, project
 from ..holden2017 import losses as losses_2017
 from ..holden2017.train import annealed
 from ..motion.features import Start, bone_lengths, decode as world
-from ..motion.feet import jerk
 from ..motion.joints import FEET, JOINTS
-
-Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Way:
     """The search with what may be changed of it.
 
-    scaled : G scaled to the content's frames;  noise : its deviation in normalised units, None for
-    the code's;  again : encoded again between the searches;  floor : the floor term;
+    scaled : G scaled to the content's frames;  noise : its standard deviation in normalised units,
+    None for the code's;  again : encoded again between the searches;  floor : the floor term;
     own_bones : the content's lengths for the code's;  tail : the last seven rows replaced;
     anneal : Adam's rate falling to 0;  start : "noise" or "content"
     """
@@ -65,8 +62,8 @@ WAYS = (CODE, replace(CODE, name="G scaled to the content's frames", scaled=True
 OWN = "this package's own form"
 
 
-def carry_out(content: np.ndarray, style: np.ndarray, network: bridge.Network, way: Way,
-              seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def search_changed(content: np.ndarray, style: np.ndarray, network: bridge.Network, way: Way,
+                   seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """`search.transfer`, changed.
 
     content : (T, 73), style : (T_s, 73), both even  ->  (T, 73) at the end and after the first
@@ -78,25 +75,25 @@ def carry_out(content: np.ndarray, style: np.ndarray, network: bridge.Network, w
     H_content, H_style = encode(C, p), encode(S, p)
     gram = nn.gram(H_style) * (H_content.shape[2] / H_style.shape[2] if way.scaled else 1.0)
     rng = np.random.default_rng([seed, 4])
-    start = search.noise(
-        rng, len(content)) if way.noise is None else way.noise * rng.standard_normal(C.shape)
+    start = (search.noise(rng, len(content)) if way.noise is None else
+             way.noise * rng.standard_normal(C.shape))
     H = H_content if way.start == "content" else encode(start.astype(dtype), p)
     G = gram.astype(dtype)
 
-    def rate(step):
+    def _rate(step):
         return annealed(way.rate, step, search.ITERATIONS) if way.anneal else way.rate
     H = search.minimise(
         H, None, lambda H: losses.search_loss_backward(one, H, H_content, G, amount=way.amount),
-        search.ITERATIONS, rate=rate, epsilon=way.epsilon)
+        search.ITERATIONS, rate=_rate, epsilon=way.epsilon)
     X = decode(H, p)
     tail = search.tail(content, normaliser.undo(X[0]))
     contacts = content[:, rows.CONTACTS].T[None].astype(dtype)
     wanted = tail[:, :3].T[None].astype(dtype)
     lengths = _lengths(content) if way.own_bones else losses.LENGTHS
 
-    def backward(H):
+    def _backward(H):
         return _constraints_backward(H, network, contacts, wanted, lengths, way.floor)
-    H = search.minimise(encode(X, p) if way.again else H, None, backward,
+    H = search.minimise(encode(X, p) if way.again else H, None, _backward,
                         search.CONSTRAINT_ITERATIONS, epsilon=way.epsilon)
     result = normaliser.undo(decode(H, p)[0])
     if way.tail:
@@ -109,8 +106,7 @@ def _constraints_backward(H, network, contacts, wanted, lengths, floor):
     third = np.full(len(H), 1 / 3, H.dtype)
     motion = search.decoded_motion(H, network.params, network.normaliser)
     dmotion = losses.foot_loss_backward(third, motion, contacts)
-    # all that feet cost where none is planted
-    if not floor:
+    if not floor:                                # all that feet cost where none is planted
         dmotion -= losses.foot_loss_backward(third, motion, 0 * contacts)
     share = third / (len(losses.BONES) * motion.shape[2])
     dmotion += losses.as_66_backward(losses_2017.bone_loss_backward(
@@ -126,8 +122,8 @@ def _lengths(content):
                      for a, b in losses.BONES])
 
 
-def measure(result: np.ndarray, styled: np.ndarray, content: np.ndarray, style: np.ndarray,
-            network: bridge.Network, fps: float) -> Row:
+def measure_rows(result: np.ndarray, styled: np.ndarray, content: np.ndarray, style: np.ndarray,
+                 network: bridge.Network, fps: float) -> Row:
     """What there is to say about rows (T, 73) beside their content's.
 
     *left*: distance of the Gram matrix a frame from the style's, the content's own = 1;  *first*:
@@ -136,26 +132,27 @@ def measure(result: np.ndarray, styled: np.ndarray, content: np.ndarray, style: 
     joint from the content's, and *sunk*: how deep the lower foot is under the floor on average,
     both in units;  *bones*: mean relative change of a bone's length
     """
-    def grams(r):
-        return nn.gram(encode(network.normaliser.apply(r)[None].astype(float),
-                              _wide(network)))[0] / (len(r) // 2)
+    params = {name: array.astype(float) for name, array in network.params.items()}
 
-    def excursion(r):
+    def _gram(r):
+        X = network.normaliser.apply(r)[None].astype(float)
+        return nn.gram(encode(X, params))[0] / (len(r) // 2)
+
+    def _excursion(r):
         return np.std(r[:, rows.POSITIONS], axis=0).sum()
 
-    def speed(r):
+    def _speed(r):
         return np.linalg.norm(r[:, rows.VELOCITY], axis=1).mean()
-    wanted = grams(style)
-    left = [np.linalg.norm(grams(r) - wanted) for r in (result, styled, content)]
+    wanted = _gram(style)
+    left = [np.linalg.norm(_gram(r) - wanted) for r in (result, styled, content)]
     points = [r[:, rows.POSITIONS].reshape(len(r), JOINTS, 3) for r in (result, content)]
-    jerks = [jerk(world(bridge.to_features(r), Start()), range(JOINTS), recorded=fps)
-             for r in (result, content)]
+    jerks = [own_jerk(bridge.to_features(r), fps) for r in (result, content)]
     lengths = [np.stack([np.linalg.norm(p[:, a] - p[:, b], axis=-1) for a, b in losses_2017.BONES])
                for p in points]
     return {
         "first": left[1] / left[2], "left": left[0] / left[2],
-        "excursion": excursion(result) / excursion(content),
-        "speed": speed(result) / max(speed(content), 1e-9), "jerk": jerks[0] / jerks[1],
+        "excursion": _excursion(result) / _excursion(content),
+        "speed": _speed(result) / max(_speed(content), 1e-9), "jerk": jerks[0] / jerks[1],
         "bones": float(np.mean(np.abs(lengths[0] / np.median(lengths[1], axis=1)[:, None] - 1))),
         "moved": float(np.linalg.norm(points[0] - points[1], axis=-1).mean()),
         "sunk": float(np.maximum(0, -points[0][:, FEET, 1].min(axis=1)).mean())}
@@ -164,7 +161,8 @@ def measure(result: np.ndarray, styled: np.ndarray, content: np.ndarray, style: 
 def own_form(content: np.ndarray, style: np.ndarray, network: bridge.Network, seed: int = 0, *,
              first: bool = False) -> np.ndarray:
     """The same with `own.optimise` on this network as a loss network of 2017, for the content's
-    bones.   first : without the second search   ->  (T, 73)"""
+    bones.   first : without the second search   ->  (T, 73)
+    """
     features = bridge.to_features(content)
     settings = own.Settings(constraint_iterations=0) if first else own.Settings()
     moved = own.optimise(features, content[:, rows.CONTACTS], [bridge.to_features(style)],
@@ -173,8 +171,8 @@ def own_form(content: np.ndarray, style: np.ndarray, network: bridge.Network, se
     return bridge.to_rows(moved, content[:, rows.CONTACTS])
 
 
-def table(pairs: Sequence[tuple[str, np.ndarray, np.ndarray, float]], network: bridge.Network,
-          seed: int = 0) -> Iterator[Row]:
+def ablation_rows(pairs: Sequence[tuple[str, np.ndarray, np.ndarray, float]],
+                  network: bridge.Network, seed: int = 0) -> Iterator[Row]:
     """Every way on every pair, beside the content itself and its projection.
 
     pairs : (name, content (T, 73), style (T_s, 73), the content's frames a second), of which the
@@ -185,15 +183,10 @@ def table(pairs: Sequence[tuple[str, np.ndarray, np.ndarray, float]], network: b
         content = content[:len(content) - len(content) % 2]
         X = network.normaliser.apply(content)[None].astype(network.params["We"].dtype)
         projected = network.normaliser.undo(project(X, network.params)[0])
-        results = {
-            "the content itself": (content, content),
-            "the content, projected": (projected, projected)}
-        results.update((way.name, carry_out(content, style, network, way, seed)) for way in WAYS)
-        results[OWN] = own_form(content, style, network,
-                                seed), own_form(content, style, network, seed, first=True)
+        results = {"the content itself": (content, content),
+                   "the content, projected": (projected, projected),
+                   **{way.name: search_changed(content, style, network, way, seed) for way in WAYS},
+                   OWN: (own_form(content, style, network, seed),
+                         own_form(content, style, network, seed, first=True))}
         for way, both in results.items():
-            yield {"way": way, "pair": name, **measure(*both, content, style, network, fps)}
-
-
-def _wide(network):
-    return {name: array.astype(float) for name, array in network.params.items()}
+            yield {"way": way, "pair": name, **measure_rows(*both, content, style, network, fps)}

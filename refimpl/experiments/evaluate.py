@@ -1,26 +1,33 @@
-r"""What the paper leaves to the eye: content, the results of 2016 and of 2017, and real takes of
+"""What the paper leaves to the eye: content, the results of 2016 and of 2017, and real takes of
 the style, measured side by side.
 
 Everything is measured on the clip that was written and read again, on its own skeleton, after the
-clean-up. The judges never saw a clip that a transfer learnt on, took its style from or had for its
-content; `judges_clips` makes sure of it.
+clean-up. The classifiers never saw a clip that a transfer learnt on, took its style from or had for
+its content; `classifier_clips` makes sure of it.
 """
 
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 import time
+from typing import Any
 
 import numpy as np
 
 from ..fast import networks
 from ..holden2016 import bridge, rows, search
 from ..holden2016.own import Settings, optimise, pairs
-from ..motion.body import read_take, to_scale
-from .classifiers import fit_judge, frechet_distance, gram_vectors, joint_vectors
+from .classifiers import Classifier, fit_classifier, frechet_distance, gram_vectors, joint_vectors
+from .holden import Row, bone_errors, own_jerk, with_root
 from .measures import content_distance, style_distance
-from ..holden2017.transfer import onto_skeleton, project_features, stylise, transfer
+from ..holden2017.trained import Manifold, Style
+from ..holden2017.transfer import Stylised, onto_skeleton, project_features, stylise, transfer
 from ..motion.bvh import write_bvh
-from ..motion.features import POSITIONS, VELOCITIES, Start, decode, scale
+from ..motion.body import Take, read_take, to_scale
+from ..motion.clip import Clip
+from ..motion.dataset import Dataset, Labelled
 from ..motion.feet import floor_penetration, foot_skate, jerk
-from ..motion.joints import BONES, JOINTS
+from ..motion.features import POSITIONS, Start, decode, scale
+from ..motion.joints import JOINTS
 
 CODED, OWN = "2016, as coded", "2016, own form"
 SYSTEMS = ("content", CODED, OWN, "2017 T(I), raw", "2017", "2017, own pace", "real")
@@ -31,55 +38,48 @@ class EvaluationError(ValueError):
     """Clips or models that do not make an evaluation; the message says what is missing."""
 
 
-def judges_clips(dataset, styles, content_style="normal"):
-    """Clips for the judges: not held out, of these styles or of the contents', and in no transfer's
-    hands.
-
-    dataset : Dataset;  styles : of Style   ->  list of Labelled.
-    Raises EvaluationError where a style or a content has none left.
+def classifier_clips(dataset: Dataset, styles: Sequence[Style],
+                     content_style: str = "normal") -> list[Labelled]:
+    """Clips for the classifiers: not held out, of these styles or of the contents', and in no
+    transfer's hands.   Raises EvaluationError where a style or a content has none left.
     """
     used = {name for style in styles for name in (*style.learned, *style.exemplars)}
     names = {style.name for style in styles} | {content_style}
     contents = {content for style in styles for content in style.contents}
-    found = [
-        c for c in dataset.clips
-        if not c.held_out and c.name not in used and c.style in names and c.content in contents]
+    found = [c for c in dataset.clips if not c.held_out and c.name not in used
+             and c.style in names and c.content in contents]
     for what, wanted, there in (("style", names, {c.style for c in found}),
                                 ("content", contents, {c.content for c in found})):
         missing = sorted(wanted - there)
         if missing:
             raise EvaluationError(
                 f"judges: found no clip of {what} {', '.join(missing)} that the style networks did "
-                "not learn on, needed some to fit the "
-                "judges on; train with --clips and --exemplars that leave some")
+                "not learn on, needed some to fit the judges on; train with --clips and "
+                "--exemplars that leave some")
     return found
 
 
-def fit_judges(clips, manifold, leg):
-    """The judge of Gram matrices and the judge of joints.
-    clips : of Labelled, leg : of their dataset   ->  {"gram": Judge, "joints": Judge}
-    """
+def fit_classifiers(clips: Sequence[Labelled], manifold: Manifold,
+                    leg: float) -> dict[str, Classifier]:
+    """The classifiers "gram", by Gram matrices, and "joints", by joints.   leg : of the clips."""
     labelled = [(to_scale(c.features, leg, manifold.leg), c.style, c.content) for c in clips]
-    return {
-        "gram": fit_judge(labelled, lambda features: gram_vectors(features, manifold)),
-        "joints": fit_judge(labelled, joint_vectors)}
+    return {"gram": fit_classifier(labelled, lambda features: gram_vectors(features, manifold)),
+            "joints": fit_classifier(labelled, joint_vectors)}
 
 
-def exemplars_of(dataset, style, content):
-    """The features that a style's network had for this content, on its manifold's scale.
-    ->  list of (T, 66)
-    """
-    wanted = [
-        c for c in dataset.clips
-        if c.name in set(style.exemplars) and c.content == style.pairs[content]]
+def exemplars_of(dataset: Dataset, style: Style, content: str) -> list[np.ndarray]:
+    """The features (T, 66) that a style's network had for this content, on its manifold's scale."""
+    wanted = [c for c in dataset.clips
+              if c.name in set(style.exemplars) and c.content == style.pairs[content]]
     if not wanted:
-        raise EvaluationError(
-            f"style {style.name!r}: found none of its exemplars for {content!r} in the dataset, "
-            "needed those it was trained with")
+        raise EvaluationError(f"style {style.name!r}: found none of its exemplars for {content!r} "
+                              "in the dataset, needed those it was trained with")
     return [to_scale(c.features, dataset.leg, style.manifold.leg) for c in wanted]
 
 
-def carry_out(take, exemplars, style, settings=Settings(), *, network=None, seed=0):
+def carry_out(take: Take, exemplars: Sequence[np.ndarray], style: Style,
+              settings: Settings = Settings(), *, network: bridge.Network | None = None,
+              seed: int = 0) -> Iterator[tuple[str, Stylised, float]]:
     """Every system on one content.
 
     settings : of the 2016 system in its own form here, on the style's loss network;
@@ -109,32 +109,33 @@ def carry_out(take, exemplars, style, settings=Settings(), *, network=None, seed
                                      networks=networks), seconds
 
 
-def read_back(clip, path):
-    """Write a clip and read it again.   ->  Take"""
+def read_back(clip: Clip, path: str | Path) -> Take:
+    """Write a clip and read it again."""
     write_bvh(path, clip)
     return read_take(path)
 
 
-def measure(result, content, exemplars, manifold, judges):
+def measure(result: Take, content: Take, exemplars: Sequence[np.ndarray], manifold: Manifold,
+            classifiers: Mapping[str, Classifier]) -> Row:
     """What there is to know about a result that was read again.
 
-    result, content : Take;  exemplars : list of features on the manifold's scale   ->  dict
+    exemplars : features on the manifold's scale;  classifiers : of `fit_classifiers`
     """
     features, wanted = (to_scale(t.features, content.leg, manifold.leg) for t in (result, content))
     depth = floor_penetration(result.positions, content.start.floor)
-    own, path = _path(result), _path(content)
-    return {
-        **_looks(features, exemplars, manifold, judges), "content distance": content_distance(
-            features, wanted, manifold), "skate": foot_skate(result.positions, content.contacts),
-        "sinks": depth[0], "sinks at most": depth[1], "bone error": bone_error(result, content),
-        "path error": float(np.linalg.norm(own - path, axis=1).mean()),
-        "jerk": jerk(result.positions, range(JOINTS),
-                     recorded=content.clip.fps), "frames": len(features)}
+    path, wanted_path = (take.positions[:, 0][:, [0, 2]] for take in (result, content))
+    return {**_looks(features, exemplars, manifold, classifiers),
+            "content distance": content_distance(features, wanted, manifold),
+            "skate": foot_skate(result.positions, content.contacts),
+            "sinks": depth[0], "sinks at most": depth[1], "bone error": bone_error(result, content),
+            "path error": float(np.linalg.norm(path - wanted_path, axis=1).mean()),
+            "jerk": jerk(result.positions, range(JOINTS), recorded=content.clip.fps),
+            "frames": len(features)}
 
 
-def bone_error(result, content):
+def bone_error(result: Take, content: Take) -> float:
     """The largest relative difference of a bone's length, over all bones of the file's own skeleton
-    but those that carry the hips.   ->  float
+    but those that carry the hips.
     """
     parents, carries = content.clip.parents, set()
     j = int(content.mapping.joints[0])
@@ -146,88 +147,86 @@ def bone_error(result, content):
     return float(np.max(np.abs(here - there) / np.where(there > 0, there, 1.0), initial=0.0))
 
 
-def measure_real(clip, leg, exemplars, manifold, judges):
+def measure_real(clip: Labelled, leg: float, exemplars: Sequence[np.ndarray], manifold: Manifold,
+                 classifiers: Mapping[str, Classifier]) -> Row:
     """The same of a real take of the style, from its features, where it can be said.
-    clip : Labelled, leg : of its dataset   ->  dict
+    leg : of the clip's dataset
     """
     features = to_scale(clip.features, leg, manifold.leg)
     positions = decode(features, Start())
     depth = floor_penetration(positions)
-    return {
-        **_looks(features, exemplars, manifold, judges), "skate": foot_skate(
-            positions, clip.contacts), "sinks": depth[0], "sinks at most": depth[1],
-        "jerk": jerk(positions, range(JOINTS), recorded=clip.fps), "frames": len(features)}
+    return {**_looks(features, exemplars, manifold, classifiers),
+            "skate": foot_skate(positions, clip.contacts),
+            "sinks": depth[0], "sinks at most": depth[1],
+            "jerk": own_jerk(features, clip.fps), "frames": len(features)}
 
 
-def _looks(features, exemplars, manifold, judges):
-    verdicts = {name: judge.verdict(features) for name, judge in judges.items()}
-    return {
-        "style distance": style_distance(features, exemplars, manifold),
-        **{f"{name} style": v[0] for name, v in verdicts.items()},
-        **{f"{name} content": v[1] for name, v in verdicts.items()}}
+def _looks(features, exemplars, manifold, classifiers):
+    found = {name: classifier.classify(features) for name, classifier in classifiers.items()}
+    return {"style distance": style_distance(features, exemplars, manifold),
+            **{f"{name} style": style for name, (style, _) in found.items()},
+            **{f"{name} content": content for name, (_, content) in found.items()}}
 
 
-def _lengths(positions):
-    j1, j2 = np.array(BONES).T
-    return np.linalg.norm(positions[:, j1] - positions[:, j2], axis=-1)
-
-
-def _path(take):
-    return take.positions[:, 0][:, [0, 2]]
-
-
-def summary(rows, distances):
+def summarise_systems(rows: Sequence[Row],
+                      distances: Mapping[tuple[str, str], float]) -> list[dict[str, Any]]:
     """One line a system.
 
-    rows : dicts of `measure` with style, content and system;  distances : {(style, system): Fréchet
-    distance}   ->  list of dicts
+    rows : of `measure` with style, content and system;  distances : {(style, system): Fréchet
+    distance}
     """
-    real = {
-        style: np.mean([r["jerk"]
-                        for r in rows if r["style"] == style and r["system"] == "real"] or [np.nan])
-        for style in {r["style"] for r in rows}}
+    real = {style: np.mean([r["jerk"] for r in rows
+                            if r["style"] == style and r["system"] == "real"] or [np.nan])
+            for style in {r["style"] for r in rows}}
+    of_system = {system: [r for r in rows if r["system"] == system] for system in SYSTEMS}
+
+    def _mean(of, value):
+        return float(np.mean([value(r) for r in of]))
+
+    def _each(of, key, summary):
+        return float(summary([r[key] for r in of])) if key in of[0] else float("nan")
     lines = []
-    for system in SYSTEMS:
-        of = [r for r in rows if r["system"] == system]
+    for system, of in of_system.items():
         if not of:
             continue
-        line = {"system": system, "clips": len(of)}
-        for judge in ("gram", "joints"):
-            line[f"style by {judge}"] = float(
-                np.mean([r[f"{judge} style"] == r["style"] for r in of]))
-            line[f"content by {judge}"] = float(
-                np.mean([r[f"{judge} content"] == r["content"] for r in of]))
-        ours, contents = (sum(r["style distance"] for r in rows if r["system"] == s)
-                          for s in (system, "content"))
-        count = sum(r["system"] == "content" for r in rows)
-        line["style distance left"] = float(
-            (ours / len(of)) / (contents / count)) if count and contents else float("nan")
+        line: dict[str, Any] = {"system": system, "clips": len(of)}
+        for name in ("gram", "joints"):
+            for what in ("style", "content"):
+                line[f"{what} by {name}"] = _mean(of, lambda r: r[f"{name} {what}"] == r[what])
+        ours, contents = (sum(r["style distance"] for r in rs)
+                          for rs in (of, of_system["content"]))
+        line["style distance left"] = float((ours / len(of)) / (contents / len(
+            of_system["content"]))) if contents else float("nan")
         line["Fréchet distance"] = float(
             np.mean([d for (_, s), d in distances.items() if s == system]))
-        for key in ("content distance", "skate", "sinks", "path error"):
-            line[key] = float(np.nanmean([r[key] for r in of])) if key in of[0] else float("nan")
-        for key in ("sinks at most", "bone error"):
-            line[key] = float(np.max([r[key] for r in of])) if key in of[0] else float("nan")
-        line["jerk / real"] = float(np.mean([r["jerk"] / real[r["style"]] for r in of]))
+        line |= {key: _each(of, key, np.nanmean)
+                 for key in ("content distance", "skate", "sinks", "path error")}
+        line |= {key: _each(of, key, np.max) for key in ("sinks at most", "bone error")}
+        line["jerk / real"] = _mean(of, lambda r: r["jerk"] / real[r["style"]])
         took = [r for r in of if "seconds" in r]
-        line["frames/s"] = sum(r["frames"]
-                               for r in took) / sum(r["seconds"]
-                                                    for r in took) if took else float("nan")
+        line["frames/s"] = (sum(r["frames"] for r in took) / sum(r["seconds"] for r in took)
+                            if took else float("nan"))
         lines.append(line)
     return lines
 
 
-def frechet_distances(windows, reference):
-    """windows : {(style, system): list of (n, d)}, reference : {style: list of (n, d)}, both
-    embedded by the judge of joints   ->  {(style, system): float}
+def frechet_distances(windows: Mapping[tuple[str, str], Sequence[np.ndarray]],
+                      reference: Mapping[str, Sequence[np.ndarray]]
+                      ) -> dict[tuple[str, str], float]:
+    """How far each system's motion is from the real motion of the style.
+
+    windows : {(style, system): list of (n, d)}, reference : {style: list of (n, d)}, both embedded
+    by the classifier of joints
     """
     return {(style, system): frechet_distance(np.concatenate(points),
                                               np.concatenate(reference[style]))
             for (style, system), points in windows.items()}
 
 
-def table_1(features, contacts, exemplars, style, frames=FRAMES, repeats=5, settings=Settings(), *,
-            network=None):
+def table_1(features: np.ndarray, contacts: np.ndarray, exemplars: Sequence[np.ndarray],
+            style: Style, frames: Sequence[int] = FRAMES, repeats: int = 5,
+            settings: Settings = Settings(), *,
+            network: bridge.Network | None = None) -> list[dict[str, Any]]:
     """Table 1: seconds at several lengths in one run, medians, the clip repeated or cut to length.
     What is timed, always from features to features:
 
@@ -244,13 +243,12 @@ def table_1(features, contacts, exemplars, style, frames=FRAMES, repeats=5, sett
     for count in frames:
         times = -(-count // len(features))
         X, planted = (np.tile(a, (times, 1))[:count] for a in (features, contacts))
-        works = {
-            OWN: lambda: optimise(X, planted, exemplars, style.manifold, settings=settings,
-                                  networks=networks),
-            "2017": lambda: stylise(X, style, networks=networks)}
+        works = {OWN: lambda: optimise(X, planted, exemplars, style.manifold, settings=settings,
+                                       networks=networks),
+                 "2017": lambda: stylise(X, style, networks=networks)}
         if network is not None:
             works = {CODED: coded_search(X, planted, exemplars[0], network, settings), **works}
-        seconds = {name: [] for name in works}
+        seconds: dict[str, list[float]] = {name: [] for name in works}
         works["2017"]()
         for _ in range(repeats):
             for name, work in works.items():
@@ -262,7 +260,8 @@ def table_1(features, contacts, exemplars, style, frames=FRAMES, repeats=5, sett
     return lines
 
 
-def coded_search(features, contacts, exemplar, network, settings):
+def coded_search(features: np.ndarray, contacts: np.ndarray, exemplar: np.ndarray,
+                 network: bridge.Network, settings: Settings) -> Callable[[], search.Found]:
     """The search of the 2016 code over rows made of features, ready to be called."""
     size = bridge.unit_of(decode(features, Start()))
     content = bridge.to_rows(scale(pairs(features), size), pairs(contacts))
@@ -273,11 +272,12 @@ def coded_search(features, contacts, exemplar, network, settings):
                                    constraint_iterations=settings.constraint_iterations)
 
 
-def projection_effect(clips, style, leg, *, noise=0.3, seed=0):
+def projection_effect(clips: Sequence[Labelled], style: Style, leg: float, *, noise: float = 0.3,
+                      seed: int = 0) -> list[dict[str, Any]]:
     """Figure 2: what projection does to what T makes of contents, and to real motion with noise on
     its joints.
 
-    clips : of Labelled, leg : of their dataset;  noise : in deviations of the normaliser
+    leg : of the clips' dataset;  noise : in standard deviations of the normaliser
     ->  list of {"what", "bone error" of a bone's length, "error" (of real motion with noise: root
     mean square of a joint, in the unit of the data), "jerk / clean"}
     """
@@ -285,35 +285,24 @@ def projection_effect(clips, style, leg, *, noise=0.3, seed=0):
     contents = [to_scale(c.features, leg, manifold.leg) for c in clips]
     corrupted = []
     for features in contents:
-        spoilt = features.copy()
-        spoilt[:, POSITIONS] += (noise * manifold.normaliser.deviation[POSITIONS]
-                                 * rng.standard_normal((len(features), POSITIONS.stop)))
+        spoilt, deviation = features.copy(), manifold.normaliser.deviation[POSITIONS]
+        spoilt[:, POSITIONS] += noise * deviation * rng.standard_normal((len(features),
+                                                                         POSITIONS.stop))
         corrupted.append(spoilt)
     lines = []
-    for what, motions, clean in (("T(I)", [stylise(f, style, projected=False, networks=networks)
-                                           for f in contents], None),
-                                 (f"real motion and noise of {noise:g}", corrupted, contents)):
-        for name, versions in ((what, motions), (f"{what}, projected",
-                                                 [project_features(m, manifold, networks=networks)
-                                                  for m in motions])):
-            positions = [decode(m, Start()) for m in _with_root(versions, motions)]
-            real = [decode(f, Start()) for f in contents]
-            bones = np.concatenate([
-                np.abs(_lengths(p) / manifold.bones - 1).ravel() for p in positions])
-            errors = [v[:, POSITIONS] - c[:, POSITIONS]
-                      for v, c in zip(versions, clean)] if clean else []
+    for what, motions, clean in (
+            ("T(I)", [stylise(f, style, projected=False, networks=networks)
+                      for f in contents], []),
+            (f"real motion and noise of {noise:g}", corrupted, contents)):
+        projected = [project_features(m, manifold, networks=networks) for m in motions]
+        for name, versions in ((what, motions), (f"{what}, projected", projected)):
+            shown = [with_root(v, m) for v, m in zip(versions, motions)]
+            bones = [bone_errors(decode(m, Start()), manifold.bones).ravel() for m in shown]
+            errors = [v[:, POSITIONS] - c[:, POSITIONS] for v, c in zip(versions, clean)]
+            jerks = [own_jerk(m, c.fps) / own_jerk(f, c.fps)
+                     for m, f, c in zip(shown, contents, clips)]
             lines.append({
-                "what": name, "bone error": float(bones.mean()), "error": float(
-                    np.sqrt(3 * np.mean(np.concatenate(errors)**2))) if errors else float("nan"),
-                "jerk / clean": float(
-                    np.mean([
-                        jerk(p, range(JOINTS), recorded=c.fps)
-                        / jerk(r, range(JOINTS), recorded=c.fps)
-                        for p, r, c in zip(positions, real, clips)]))})
+                "what": name, "bone error": float(np.concatenate(bones).mean()),
+                "error": (float(np.sqrt(3 * np.mean(np.concatenate(errors) ** 2)))
+                          if errors else float("nan")), "jerk / clean": float(np.mean(jerks))})
     return lines
-
-
-def _with_root(versions, motions):
-    """Each version with the root velocities of its motion, as `transfer` has it."""
-    return [np.concatenate([v[:, POSITIONS], m[:, VELOCITIES]], axis=1)
-            for v, m in zip(versions, motions)]

@@ -17,7 +17,7 @@ import numpy as np
 from ..fast import networks
 from ..fast.autoencoder import autoencoder_gradients
 from ..fast.gradients import style_gradients
-from .classifiers import Judge, fit_judge, joint_vectors
+from .classifiers import Classifier, fit_classifier, joint_vectors
 from ..holden2017.pairing import TrainingSet, clean_windows, make_training_set
 from .measures import style_distance
 from ..holden2017.trained import Manifold, Style
@@ -41,15 +41,16 @@ Row = dict[str, Any]
 class Ground:
     """Clips and what each is for.
 
-    dataset : Dataset, the test's contents and styles held out;  learn, judge : regular expressions:
-    on the names that fit T learns and the judge is fitted
+    dataset : the test's contents and styles held out;  learn, classify : regular expressions: on
+    the names that fit T learns and the classifier is fitted.
     """
 
     dataset: Dataset
     learn: str
-    judge: str
+    classify: str
 
     def kept_out(self, style: str) -> tuple[Labelled, ...]:
+        """The clips of a style to measure on."""
         return self.dataset.select(style=style, held_out=True)
 
     def features(self, clip: Labelled, manifold: Manifold) -> np.ndarray:
@@ -58,11 +59,14 @@ class Ground:
 
 
 def ground(takes: Mapping[str, Take], labels: Mapping[str, tuple[str, str]], source: str, *,
-           kept_out: str, learn: str, judge: str) -> Ground:
-    """takes : {name: Take};  labels : {name: (content, style)};  kept_out : a regular expression"""
+           kept_out: str, learn: str, classify: str) -> Ground:
+    """The clips of some takes, those held out whose name fits the regular expression `kept_out`.
+
+    labels : {name: (content, style)};  source : where they are from;  learn, classify : see Ground.
+    """
     dataset = assemble(takes.items(), labels, source, 0.0)
     clips = tuple(replace(c, held_out=bool(re.search(kept_out, c.name))) for c in dataset.clips)
-    return Ground(replace(dataset, clips=clips), learn, judge)
+    return Ground(replace(dataset, clips=clips), learn, classify)
 
 
 def learn_manifold(ground: Ground, *, depooling: str = "random", form: str = "groups",
@@ -86,7 +90,7 @@ def lesson_of(ground: Ground, manifold: Manifold, style: str) -> tuple[TrainingS
 
 def learn_style(lesson: TrainingSet, manifold: Manifold, name: str, weights: Weights, *,
                 channels: int = 128, epochs: int = 100, seed: int = 0) -> Style:
-    """weights : for centimetres and 256 hidden units"""
+    """A style network.   weights : for centimetres and 256 hidden units."""
     weights = weights.fitted(manifold.leg, len(manifold.params["b0"]))
     params = _last(train_style(lesson, manifold, epochs=epochs, weights=weights, channels=channels,
                                seed=seed, gradients=style_gradients))
@@ -112,9 +116,9 @@ def projection(ground: Ground, manifold: Manifold, clips: Sequence[Labelled], *,
         noisy[:, POSITIONS] += NOISE / cm * rng.standard_normal((len(X), POSITIONS.stop))
         PX, PN = (project_features(x, manifold, networks=networks) for x in (X, noisy))
         own = own_jerk(X, clip.fps)
-        rows.append({"error": cm * _off(PX, X), "jerk": own_jerk(_with_root(PX, X), clip.fps) / own,
+        rows.append({"error": cm * _off(PX, X), "jerk": own_jerk(with_root(PX, X), clip.fps) / own,
                      "path": cm * path_error(PX, X)[0], "noisy error": cm * _off(PN, X),
-                     "noisy jerk": own_jerk(_with_root(PN, X), clip.fps) / own,
+                     "noisy jerk": own_jerk(with_root(PN, X), clip.fps) / own,
                      "noise jerk": own_jerk(noisy, clip.fps) / own})
     paths = [row["path"] for row in rows]
     return {**{key: float(np.mean([row[key] for row in rows])) for key in rows[0]},
@@ -132,7 +136,7 @@ def style_row(ground: Ground, manifold: Manifold, style: str, weights: Weights, 
     made = learn_style(lesson, manifold, style, weights, channels=channels, epochs=epochs,
                        seed=seed)
     rows = transfers(ground, made, exemplars, ground.kept_out(contents), referee,
-                     fit_referee_judge(ground, manifold))
+                     fit_joint_classifier(ground, manifold))
     shares = {key: float(np.mean([row[key] for row in rows]))
               for key in ("seen", "content seen", "met")}
     medians = {key: float(np.median([row[key] for row in rows])) for key in rows[0]
@@ -145,46 +149,47 @@ def nulls(ground: Ground, style: str, contents: str, referee: Manifold) -> list[
 
     ->  list of (who, numbers)
     """
-    judge = fit_referee_judge(ground, referee)
+    classifier = fit_joint_classifier(ground, referee)
     _, exemplars = lesson_of(ground, referee, style)
     real, own = ground.kept_out(style), ground.kept_out(contents)
 
-    def distance(clips):
+    def _distance(clips):
         """Median style distance a frame: clips differ in length."""
         return np.median([style_distance(ground.features(c, referee), exemplars[c.content], referee)
                           / len(c.features) for c in clips])
-    return [("content itself", {"left": 1.0, "seen": _seen(own, style, judge), "path": 0.0,
+    return [("content itself", {"left": 1.0, "seen": _seen(own, style, classifier), "path": 0.0,
                                 "met": 1.0}),
-            ("real takes", {"left": float(distance(real) / distance(own)),
-                            "seen": _seen(real, style, judge), "jerk": 1.0})]
+            ("real takes", {"left": float(_distance(real) / _distance(own)),
+                            "seen": _seen(real, style, classifier), "jerk": 1.0})]
 
 
-def _seen(clips: Sequence[Labelled], style: str, judge: Judge) -> float:
-    return float(np.mean([judge.verdict(clip.features)[0] == style for clip in clips]))
+def _seen(clips: Sequence[Labelled], style: str, classifier: Classifier) -> float:
+    return float(np.mean([classifier.classify(clip.features)[0] == style for clip in clips]))
 
 
 def transfers(ground: Ground, style: Style, exemplars: dict[str, list],
-              contents: Sequence[Labelled], referee: Manifold, judge: Judge) -> list[Row]:
+              contents: Sequence[Labelled], referee: Manifold,
+              classifier: Classifier) -> list[Row]:
     """What a style makes of held-out contents, P(T(I)) with the root of T(I), one row a content."""
     rows = []
     for clip in contents:
         X = ground.features(clip, style.manifold)
         T = stylise(X, style, projected=False, networks=networks)
-        O = _with_root(project_features(T, style.manifold, networks=networks), T)
+        O = with_root(project_features(T, style.manifold, networks=networks), T)
         rows.append({"content": clip.content,
-                     **look(ground, O, clip, style.name, exemplars, referee, judge),
+                     **look(ground, O, clip, style.name, exemplars, referee, classifier),
                      **_compared(O, X, clip, style.manifold)})
     return rows
 
 
 def look(ground: Ground, O: np.ndarray, clip: Labelled, style: str, exemplars: dict[str, list],
-         referee: Manifold, judge: Judge) -> Row:
-    """Style distance by the referee, what the judge sees, jerk beside real takes of the style."""
+         referee: Manifold, classifier: Classifier) -> Row:
+    """Style distance by the referee, what the classifier sees, jerk beside real takes of it."""
     shown = exemplars[clip.content]
     real = [own_jerk(ground.features(c, referee), c.fps) for c in ground.dataset.clips
             if (c.style, c.content) == (style, clip.content)]
     content = style_distance(ground.features(clip, referee), shown, referee)
-    seen = judge.verdict(O)
+    seen = classifier.classify(O)
     return {"left": style_distance(O, shown, referee) / content, "seen": seen[0] == style,
             "content seen": seen[1] == clip.content,
             "jerk": own_jerk(O, clip.fps) / np.median(real)}
@@ -194,20 +199,29 @@ def _compared(O: np.ndarray, X: np.ndarray, clip: Labelled, manifold: Manifold) 
     """Beside the content: path (met within 5 % of the way and 0.1 leg), speed, bones, feet."""
     cm, positions = LEG / manifold.leg, decode(O, Start())
     path, way = cm * path_error(O, X)[0], cm * path_length(X)
-    j1, j2 = np.array(BONES).T
-    bones = np.linalg.norm(positions[:, j1] - positions[:, j2], axis=-1)
     speeds = [np.linalg.norm(f[:, TRANSLATION], axis=1).mean() for f in (O, X)]
     return {"path": path, "path / way": path / way, "met": path <= 0.05 * way + 0.1 * LEG,
             "speed": float(speeds[0] / speeds[1]),
             "skate": cm * foot_skate(positions, clip.contacts),
-            "bones": float(np.abs(bones / manifold.bones - 1).mean())}
+            "bones": float(bone_errors(positions, manifold.bones).mean())}
 
 
-def fit_referee_judge(ground: Ground, manifold: Manifold) -> Judge:
-    """The judge of joints, on clips that T does not learn on and that are not held out."""
-    clips = [c for c in ground.dataset.select(held_out=False) if re.search(ground.judge, c.name)]
-    return fit_judge([(ground.features(c, manifold), c.style, c.content) for c in clips],
-                     joint_vectors)
+def fit_joint_classifier(ground: Ground, manifold: Manifold) -> Classifier:
+    """The classifier by joints, on clips that T does not learn on and that are not held out."""
+    return fit_classifier([(ground.features(c, manifold), c.style, c.content)
+                           for c in ground.dataset.select(held_out=False)
+                           if re.search(ground.classify, c.name)], joint_vectors)
+
+
+def bone_errors(positions: np.ndarray, bones: np.ndarray) -> np.ndarray:
+    """How far each bone is from its length, relative to it.   (T, 21, 3), (20,)  ->  (T, 20)
+
+    >>> bone_errors(np.zeros((1, JOINTS, 3)), np.ones(len(BONES))).shape
+    (1, 20)
+    """
+    first, second = np.array(BONES).T
+    lengths = np.linalg.norm(positions[:, first] - positions[:, second], axis=-1)
+    return np.abs(lengths / bones - 1)
 
 
 def own_jerk(features: np.ndarray, fps: float) -> float:
@@ -220,7 +234,10 @@ def _off(found: np.ndarray, wanted: np.ndarray) -> float:
     return float(np.linalg.norm(apart, axis=-1).mean())
 
 
-def _with_root(moved: np.ndarray, root: np.ndarray) -> np.ndarray:
-    result = moved.copy()
-    result[:, VELOCITIES] = root[:, VELOCITIES]
-    return result
+def with_root(moved: np.ndarray, root: np.ndarray) -> np.ndarray:
+    """A motion with the root velocities of another, as `transfer` has it.   (T, 66) both
+
+    >>> float(with_root(np.zeros((1, 66)), np.ones((1, 66))).sum())
+    3.0
+    """
+    return np.concatenate([moved[:, POSITIONS], root[:, VELOCITIES]], axis=1)

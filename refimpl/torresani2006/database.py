@@ -1,8 +1,10 @@
-r"""A database: fragments of one skeleton with contents and styles, and how to train f on their
+"""A database: fragments of one skeleton with contents and styles, and how to train f on their
 blends.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -11,8 +13,9 @@ from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
 from ..embedded import performers
 from .align import HIGHEST, LOWEST, all_pairs, clusters, interpolate, threshold_for
 from .observe import Observer, fit_observer, observe, read_labels
-from .poses import FPS, Body, fit_body, fragment_of
-from .regress import COMPONENTS, Projection, fit_model, fit_pca, inputs, project
+from .pca import COMPONENTS, PrincipalComponents, fit_pca, pca_scores
+from .poses import FPS, Body, Fragment, fit_body, fragment_of
+from .regress import StyleModel, fit_model, inputs
 
 BLENDS = 400
 
@@ -23,24 +26,27 @@ class DatabaseError(ValueError):
 
 @dataclass(frozen=True)
 class Database:
-    """fragments : tuple of Fragment with content and style;  ssd : (N, N);  observer : the computed
-    one;  labelled : by an analyst.
+    """Fragments that all have a content and a style.
+
+    ssd : (N, N) of `align.all_pairs`;  observer : the computed one;  labelled : by an analyst.
     """
 
-    fragments: tuple
+    fragments: tuple[Fragment, ...]
     body: Body
     ssd: np.ndarray = field(repr=False)
     observer: Observer = field(repr=False)
     labelled: bool = False
 
     @property
-    def styles(self):
+    def styles(self) -> np.ndarray:
+        """(N, 3) flow, weight, time."""
         return np.array([fragment.style for fragment in self.fragments])
 
 
 @dataclass(frozen=True)
 class Blends:
     """Space-time interpolations with their styles.
+
     pairs : (M, 2) fragment numbers;  alpha : (M,);  styles : (M, 3).
     """
 
@@ -49,52 +55,55 @@ class Blends:
     styles: np.ndarray
 
 
-def make_database(fragments, body, *, contents=None, relative=True):
+def database_of(fragments: Sequence[Fragment], body: Body, *, contents: int | None = None,
+                relative: bool = True) -> Database:
     """Complete some fragments: contents by clustering where none are known, styles by the computed
     observer where none are given.
 
-    fragments : list of Fragment;  contents : how many contents to look for among fragments without
-    one, by default one for every 12
-    ->  Database.
+    contents : how many to look for among fragments without one, by default one for every 12.
     Raises DatabaseError for fewer than two fragments, ObserveError when no content has two.
     """
     fragments = list(fragments)
     if len(fragments) < 2:
-        raise DatabaseError(
-            f"fragments: found {len(fragments)}, needed at least 2 to interpolate between")
-    ssd = all_pairs([fragment.angles for fragment in fragments])
-    if any(fragment.content is None for fragment in fragments):
+        raise DatabaseError(f"fragments: found {len(fragments)}, needed at least 2 to interpolate "
+                            "between")
+    ssd = all_pairs([f.angles for f in fragments])
+    if any(f.content is None for f in fragments):
         count = contents or max(1, round(len(fragments) / 12))
         found = clusters(ssd, threshold_for(ssd, count))
-        fragments = [
-            replace(fragment, content=f"content {c + 1}") for fragment, c in zip(fragments, found)]
+        fragments = [replace(f, content=f"content {c + 1}") for f, c in zip(fragments, found)]
     observer = fit_observer(fragments, body, relative)
-    labelled = all(fragment.style is not None for fragment in fragments)
-    fragments = tuple(
-        replace(f, style=observe(f, observer) if f.style is
-                None else np.asarray(f.style, dtype=float)) for f in fragments)
-    return Database(fragments, body, ssd, observer, labelled)
+    labelled = all(f.style is not None for f in fragments)
+    styles = [observe(f, observer) if f.style is None else np.asarray(f.style, dtype=float)
+              for f in fragments]
+    complete = tuple(replace(f, style=style) for f, style in zip(fragments, styles))
+    return Database(complete, body, ssd, observer, labelled)
 
 
-def embedded_database(number=12, first=0, relative=True):
-    """The embedded performers: five actions each.   ->  Database"""
+def embedded_database(number: int = 12, first: int = 0, relative: bool = True) -> Database:
+    """The embedded performers, five actions each.
+
+    >>> embedded_database(2).styles.shape
+    (10, 3)
+    """
     made = performers.make_performers(number, first=first)
     body = fit_body([performance.clip for performance in made])
-    return make_database([fragment_of(p.clip, body, p.name, p.contents[0]) for p in made], body,
-                         relative=relative)
+    return database_of([fragment_of(p.clip, body, p.name, p.contents[0]) for p in made], body,
+                       relative=relative)
 
 
-def read_database(folder, *, labels=None, pattern=PATTERN, contents=None, fps=FPS, keep=None,
-                  report=None):
+def read_database(folder: str | Path, *, labels: str | Path | None = None,
+                  pattern: str = PATTERN, contents: int | None = None, fps: float = FPS,
+                  keep: Callable[[str, str], bool] | None = None,
+                  report: Callable[[Path], None] = lambda path: None) -> Database:
     """A folder of BVH clips as a database.
 
     labels : an analyst's label file, whose every line is a fragment; without it every clip is one,
     observed by the computed observer;
     pattern : content from file names, see `motion.dataset.labels_by_pattern`; a database in which
     some clip does not fit it is clustered;
-    contents : how many, see `make_database`;  keep : function (content, style name) ->  bool, which
-    clips to read;
-    report : called with each path   ->  Database
+    contents : how many, see `database_of`;  keep : of (content, style name), which clips to read;
+    report : called with each path.
     Raises the errors of reading, LabelError, PoseError, DatabaseError.
     """
     paths = find_clips(folder)
@@ -103,78 +112,79 @@ def read_database(folder, *, labels=None, pattern=PATTERN, contents=None, fps=FP
     clips = {}
     for path in paths:
         clips[path] = read_bvh(path)
-        if report:
-            report(path)
+        report(path)
     if not clips:
-        raise DatabaseError(
-            f"{folder}: found no clip of the contents and styles asked for; are they in the file "
-            "names?")
+        raise DatabaseError(f"{folder}: found no clip of the contents and styles asked for; are "
+                            "they in the file names?")
     body = fit_body(clips.values())
     content = {path: named[path][0] if len(named) >= len(paths) else None for path in paths}
     if labels is None:
-        return make_database([
-            fragment_of(clip, body, path.stem, content[path], fps=fps)
-            for path, clip in clips.items()], body, contents=contents)
-    by_name = {path.stem: path for path in paths}
-    lines = read_labels(labels, {path.stem: clip.frames for path, clip in clips.items()})
-    parts = [
-        fragment_of(
-            clips[by_name[line.clip]], body, f"{line.clip}[{line.start}:{line.end}]",
-            content[by_name[line.clip]] if
-            (line.start, line.end) == (0, clips[by_name[line.clip]].frames) else None, line.style,
-            start=line.start, end=line.end, fps=fps) for line in lines]
+        return database_of([fragment_of(clip, body, path.stem, content[path], fps=fps)
+                            for path, clip in clips.items()], body, contents=contents)
+    by_name, parts = {path.stem: path for path in paths}, []
+    for line in read_labels(labels, {path.stem: clip.frames for path, clip in clips.items()}):
+        path, stretch = by_name[line.clip], (line.start, line.end)
+        known = content[path] if stretch == (0, clips[path].frames) else None
+        name = f"{line.clip}[{line.start}:{line.end}]"
+        parts.append(fragment_of(clips[path], body, name, known, line.style, start=line.start,
+                                 end=line.end, fps=fps))
     if any(part.content is None for part in parts):
         parts = [replace(part, content=None) for part in parts]
-    return make_database(parts, body, contents=contents)
+    return database_of(parts, body, contents=contents)
 
 
-def without(database, keep):
-    """The database of some fragments only, with the styles they have.
-    keep : (N,) bool  ->  Database
+def without(database: Database, keep: np.ndarray) -> Database:
+    """The database of some fragments only, keep : (N,) bool, with the styles that they have.
+
+    >>> without(embedded_database(2), np.arange(10) < 5).ssd.shape
+    (5, 5)
     """
     chosen = np.flatnonzero(keep)
     return replace(database, fragments=tuple(database.fragments[n] for n in chosen),
                    ssd=database.ssd[np.ix_(chosen, chosen)])
 
 
-def random_blends(database, count, rng, report=None):
+def random_blends(database: Database, count: int, rng: np.random.Generator,
+                  report: Callable[[int], None] = lambda done: None) -> Blends:
     """Blends of random pairs of one content at random alphas in [-0.25, 1.25], observed by the
-    computed observer.   ->  Blends
+    computed observer.   report : called with the number of blends done.
     """
-    contents = np.array([fragment.content for fragment in database.fragments])
-    i, j = np.nonzero((contents[:, None] == contents) & ~np.eye(len(contents), dtype=bool))
+    i, j = np.nonzero(_same_content(database))
     if not len(i):
         raise DatabaseError(
             "database: found no two fragments of one content, needed some to interpolate between")
     chosen = rng.choice(len(i), count, replace=count > len(i))
-    alpha = rng.uniform(LOWEST, HIGHEST, count)
-    styles = []
-    for n, a in zip(chosen, alpha):
-        styles.append(
-            observe(
-                interpolate(database.fragments[i[n]], database.fragments[j[n]], a,
-                            up=database.body.up), database.observer))
-        if report:
-            report(len(styles))
-    return Blends(np.stack([i[chosen], j[chosen]], axis=1), alpha, np.array(styles))
+    pairs, alpha = np.stack([i[chosen], j[chosen]], axis=1), rng.uniform(LOWEST, HIGHEST, count)
+    styles: list[np.ndarray] = []
+    for (first, second), a in zip(pairs, alpha):
+        blend = interpolate(database.fragments[first], database.fragments[second], a,
+                            up=database.body.up)
+        styles.append(observe(blend, database.observer))
+        report(len(styles))
+    return Blends(pairs, alpha, np.array(styles))
 
 
-def coefficients(database, projection):
+def coefficients(database: Database, pca: PrincipalComponents) -> np.ndarray:
     """c of every fragment.   ->  (N, components)"""
-    return np.array([project(projection, fragment.angles) for fragment in database.fragments])
+    return np.array([pca_scores(pca, fragment.angles) for fragment in database.fragments])
 
 
-def blend_inputs(c, e, pairs, alpha):
-    """z of equation 1 for pairs of fragments.
+def blend_inputs(c: np.ndarray, e: np.ndarray, pairs: np.ndarray, alpha: np.ndarray) -> np.ndarray:
+    """z for pairs of fragments.
     c : (N, components), e : (N, 3), pairs : (M, 2), alpha : (M,)  ->  (M, 2 components + 7)
+
+    >>> c, e = np.array([[1.0], [2.0]]), np.array([[3.0, 3.0, 3.0], [4.0, 4.0, 4.0]])
+    >>> blend_inputs(c, e, np.array([[1, 0]]), np.array([0.5]))
+    array([[2. , 1. , 4. , 4. , 4. , 3. , 3. , 3. , 0.5]])
     """
     return inputs(c[pairs[:, 0]], c[pairs[:, 1]], e[pairs[:, 0]], e[pairs[:, 1]], alpha)
 
 
-def train(database, kind="kernel ridge", *, blends=BLENDS, components=COMPONENTS, seed=0,
-          report=None):
+def train(database: Database, kind: str = "kernel ridge", *, blends: int = BLENDS,
+          components: int = COMPONENTS, seed: int = 0,
+          report: Callable[[int], None] = lambda done: None
+          ) -> tuple[StyleModel, PrincipalComponents]:
     """Fit f on blends of the database and on its fragments, which are blends with alpha 0 or 1.
-    ->  StyleModel, Projection
 
     blends : how many, 400 unless given (Table 1 has the paper's 105). An analyst's labels cover the
     fragments alone; the paper's expert labelled the blends too, for which there is no way in yet.
@@ -183,28 +193,30 @@ def train(database, kind="kernel ridge", *, blends=BLENDS, components=COMPONENTS
     """
     rng = np.random.default_rng([seed, 3])
     made = random_blends(database, blends, rng, report)
-    projection = fit_pca([fragment.angles for fragment in database.fragments],
-                         min(components,
-                             len(database.fragments) - 1))
+    pca = fit_pca([fragment.angles for fragment in database.fragments],
+                  min(components, len(database.fragments) - 1))
     styles = made.styles
     if database.labelled:
-        computed = np.array([
-            observe(fragment, database.observer) for fragment in database.fragments])
+        computed = np.array([observe(f, database.observer) for f in database.fragments])
         i, j, a = *made.pairs.T, made.alpha[:, None]
         between = [(1 - a) * e[i] + a * e[j] for e in (database.styles, computed)]
         styles = np.clip(between[0] + styles - between[1], -3, 3)
     of_content = _first_partners(database)
     pairs = np.concatenate([made.pairs, of_content, of_content[:, ::-1]])
     alpha = np.concatenate([made.alpha, np.zeros(len(of_content)), np.ones(len(of_content))])
-    styles = np.concatenate([
-        styles, database.styles[of_content[:, 0]], database.styles[of_content[:, 0]]])
-    Z = blend_inputs(coefficients(database, projection), database.styles, pairs, alpha)
-    return fit_model(kind, Z, styles, rng), projection
+    own = database.styles[of_content[:, 0]]
+    Z = blend_inputs(coefficients(database, pca), database.styles, pairs, alpha)
+    return fit_model(kind, Z, np.concatenate([styles, own, own]), rng), pca
+
+
+def _same_content(database):
+    """Which pairs of two fragments are of one content.   ->  (N, N) bool"""
+    contents = np.array([fragment.content for fragment in database.fragments])
+    return (contents[:, None] == contents) & ~np.eye(len(contents), dtype=bool)
 
 
 def _first_partners(database):
     """Every fragment with the nearest one of its content, where it has any.   ->  (M, 2)"""
-    contents = np.array([fragment.content for fragment in database.fragments])
-    other = (contents[:, None] != contents) | np.eye(len(contents), dtype=bool)
-    nearest = np.where(other, np.inf, database.ssd).argmin(axis=1)
-    return np.stack([np.arange(len(contents)), nearest], axis=1)[~other.all(axis=1)]
+    same = _same_content(database)
+    nearest = np.where(same, database.ssd, np.inf).argmin(axis=1)
+    return np.stack([np.arange(len(same)), nearest], axis=1)[same.any(axis=1)]

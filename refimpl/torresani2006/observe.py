@@ -3,11 +3,11 @@ the computed observer.
 
 The computed observer is no analyst. It starts from three descriptors that Larboulette and Gibet
 2015, "A review of computable expressive descriptors of human motion", collect from the literature,
-here with alpha_k the weight of joint k and T a window of time:
+here with alpha_k the weight of joint k, T a window of time and the numbers of their equations:
 
-    Weight(T) = max over t in T of sum_k alpha_k |v_k(t)|^2        (their equations 22 and 23; large: strong)
-    Time(T)   = sum_k alpha_k 1/T sum_t |a_k(t)|                   (24 and 25; large: sudden)
-    Flow(T)   = sum_k alpha_k 1/T sum_t |jerk_k(t)|                (29 and 30; large: bound)
+    Weight(T) = max over t in T of sum_k alpha_k |v_k(t)|^2   (22 and 23; large: strong)
+    Time(T)   = sum_k alpha_k 1/T sum_t |a_k(t)|              (24 and 25; large: sudden)
+    Flow(T)   = sum_k alpha_k 1/T sum_t |jerk_k(t)|           (29 and 30; large: bound)
 
 Ours are these with all joints of one weight and the whole fragment as the window, and depart from
 them in five points (choices): derivatives are differences of neighbouring frames (theirs are
@@ -18,17 +18,18 @@ the result says how far a fragment lies from the others of its content, in stand
 (`observe`), since a kick is stronger than a wave whoever does it.
 """
 
+from collections.abc import Mapping, Sequence
 import csv
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
-from .poses import joint_positions
+from .poses import Body, Fragment, joint_positions
 
 EFFORTS = ("flow", "weight", "time")
 LIMIT = 3.0
-# two standard deviations reach the limit
-GAIN = 1.5
+GAIN = 1.5                                  # two standard deviations reach the limit
 HEADER = ["clip", "start", "end", *EFFORTS]
 
 
@@ -40,7 +41,7 @@ class ObserveError(ValueError):
     """A motion too short to observe, or no fragments to compare with."""
 
 
-def measures(positions, fps):
+def measures(positions: np.ndarray, fps: float) -> np.ndarray:
     r"""Four numbers from the joints' paths p_j, by differences of neighbouring frames:
     v(t) = fps (p(t+1) - p(t)), likewise a from v, jerk from a
 
@@ -51,13 +52,14 @@ def measures(positions, fps):
 
     positions : (T, J, 3), T at least 4   ->  (4,) in powers of their unit and of seconds.
     Raises ObserveError for another shape.
+
+    >>> measures(np.arange(12.0).reshape(4, 1, 3) * [1, 0, 0], 10.0)     # 30 units a second
+    array([450.,  30.,   0.,   0.])
     """
     positions = np.asarray(positions, dtype=float)
-    if positions.ndim != 3 or positions.shape[2] != 3 or not positions.shape[1] or len(
-            positions) < 4:
-        raise ObserveError(
-            f"positions: found shape {positions.shape}, needed (frames, joints, 3) with at least 4 "
-            "frames to see a jerk")
+    if positions.shape[2:] != (3,) or not positions.shape[1] or len(positions) < 4:
+        raise ObserveError(f"positions: found shape {positions.shape}, needed (frames, joints, 3) "
+                           "with at least 4 frames to see a jerk")
     if not fps > 0:
         raise ObserveError(f"fps: found {fps}, needed frames a second above 0")
     velocity = np.diff(positions, axis=0) * fps
@@ -67,20 +69,22 @@ def measures(positions, fps):
     return np.array([0.5 * np.sum(velocity ** 2, axis=(1, 2)).max(), *means])
 
 
-def kinematics(fragment, body):
+def kinematics(fragment: Fragment, body: Body) -> np.ndarray:
     """`measures` of a fragment.   ->  (4,) energy, speed, acceleration, jerk.
     Raises ObserveError for fewer than four frames.
     """
     if fragment.frames < 4:
-        raise ObserveError(
-            f"{fragment.name}: found {fragment.frames} frames, needed at least 4 to see a jerk")
+        raise ObserveError(f"{fragment.name}: found {fragment.frames} frames, needed at least 4 to "
+                           "see a jerk")
     return measures(joint_positions(fragment, body), fragment.fps)
 
 
-def descriptors(fragment, body, relative=True):
+def descriptors(fragment: Fragment, body: Body, relative: bool = True) -> np.ndarray:
     r"""Flow, weight and time before they are scaled.
 
-        weight = log energy,   time = log (acceleration / speed),   flow = -log (jerk / acceleration)
+        weight = log energy
+        time   = log (acceleration / speed)
+        flow   = -log (jerk / acceleration)
 
     Energy, acceleration and jerk all grow with speed; each of the higher ones is therefore taken
     relative to the one below (a choice), or a fast motion would always be strong, sudden and bound
@@ -90,8 +94,8 @@ def descriptors(fragment, body, relative=True):
     ->  (3,) flow, weight, time
     """
     energy, speed, acceleration, jerk = np.log(np.maximum(kinematics(fragment, body), 1e-12))
-    return np.array([acceleration - jerk, energy, acceleration
-                     - speed] if relative else [-jerk, energy, acceleration])
+    return np.array([acceleration - jerk, energy, acceleration - speed] if relative else
+                    [-jerk, energy, acceleration])
 
 
 @dataclass(frozen=True)
@@ -99,44 +103,39 @@ class Observer:
     """The computed observer: what is usual for each content, and how much fragments of one content
     differ.
 
-    usual : {content: (3,)} with None for all together;  spread : (3,);  body : of the fragments;
-    relative : see `descriptors`.
+    usual : {content: (3,)} with None for all together;  spread : (3,) standard deviations;
+    body : of the fragments;  relative : see `descriptors`.
     """
 
-    usual: dict
+    usual: dict[str | None, np.ndarray]
     spread: np.ndarray
-    body: object = field(repr=False)
+    body: Body = field(repr=False)
     relative: bool = True
 
 
-def fit_observer(fragments, body, relative=True):
+def fit_observer(fragments: Sequence[Fragment], body: Body, relative: bool = True) -> Observer:
     """Learn what is usual: the mean descriptors of each content, and the standard deviation within
     the contents.
 
-    fragments : list of Fragment   ->  Observer.
     Raises ObserveError without at least two fragments of one content that differ.
     """
-    found = np.array([descriptors(fragment, body, relative)
-                      for fragment in fragments]).reshape(-1, 3)
+    found = np.array([descriptors(f, body, relative) for f in fragments]).reshape(-1, 3)
     contents = np.array([str(fragment.content) for fragment in fragments])
-    usual, within = {}, []
+    usual, squares = {}, np.zeros(3)
     for content in dict.fromkeys(contents):
         members = found[contents == content]
         usual[content] = members.mean(axis=0)
-        within.append(members - usual[content])
+        squares = squares + ((members - usual[content]) ** 2).sum(axis=0)
     freedom = len(found) - len(usual)
-    spread = np.sqrt(sum(
-        (part**2).sum(axis=0) for part in within) / freedom) if freedom > 0 else np.zeros(3)
+    spread = np.sqrt(squares / freedom) if freedom > 0 else np.zeros(3)
     if not (spread > 1e-9).all():
         raise ObserveError(
             f"fragments: found {len(found)} of {len(usual)} contents with nothing to compare, "
-            "needed two different ones of "
-            "one content; are the contents right?")
-    usual[None] = found.mean(axis=0)
-    return Observer(usual, spread, body, relative)
+            "needed two different ones of one content; are the contents right?")
+    return Observer({**usual, None: found.mean(axis=0)}, spread, body, relative)
 
 
-def observe(fragment, observer, content=None):
+def observe(fragment: Fragment, observer: Observer, content: str | None = None) -> np.ndarray:
     r"""The style of a fragment as the computed observer has it:
     e = clip(1.5 (descriptors - usual) / spread, -3, 3)
 
@@ -152,8 +151,9 @@ def observe(fragment, observer, content=None):
 @dataclass(frozen=True)
 class Label:
     """One line of a label file.
-    start, end : frames of the clip from 0, the end not included;  style : (3,);  line : in the
-    file.
+
+    start, end : frames of the clip from 0, the end not included;  style : (3,) flow, weight, time;
+    line : in the file.
     """
 
     clip: str
@@ -163,11 +163,11 @@ class Label:
     line: int
 
 
-def read_labels(path, frames):
+def read_labels(path: str | Path, frames: Mapping[str, int]) -> list[Label]:
     """An analyst's labels: a CSV file with the header `clip,start,end,flow,weight,time`; empty
     start and end mean the whole clip.
 
-    frames : {clip: number of frames} of the clips there are   ->  list of Label
+    frames : {clip: number of frames} of the clips there are.
     Raises LabelError naming the line: unknown clip, frames not in it, a value outside [-3, 3], a
     stretch labelled twice.
     """
@@ -175,29 +175,24 @@ def read_labels(path, frames):
         with open(path, encoding="utf-8-sig", newline="") as file:
             rows = [[cell.strip() for cell in row] for row in csv.reader(file)]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise LabelError(
-            f"{path}: found {error}, needed UTF-8 text with the header {','.join(HEADER)}"
-        ) from None
+        raise LabelError(f"{path}: found {error}, needed UTF-8 text with the header "
+                         f"{','.join(HEADER)}") from None
     if not rows or rows[0] != HEADER:
-        raise LabelError(
-            f"{path}:1: found {','.join(rows[0]) if rows else 'an empty file'!r}, needed the "
-            f"header {','.join(HEADER)}")
-    labels, seen = [], {}
+        raise LabelError(f"{path}:1: found {','.join(rows[0]) if rows else 'an empty file'!r}, "
+                         f"needed the header {','.join(HEADER)}")
+    labels: dict[tuple[str, int, int], Label] = {}
     for line, row in enumerate(rows[1:], start=2):
         if not any(row) or row[0].startswith("#"):
             continue
         label = _label(f"{path}:{line}", line, row, frames)
-        key = (label.clip, label.start, label.end)
-        if key in seen:
+        first = labels.setdefault((label.clip, label.start, label.end), label)
+        if first is not label:
             raise LabelError(
                 f"{path}:{line}: found frames {label.start} to {label.end} of {label.clip!r} a "
-                "second time (the first is in line "
-                f"{seen[key]}), needed each stretch once")
-        seen[key] = line
-        labels.append(label)
+                f"second time (the first is in line {first.line}), needed each stretch once")
     if not labels:
         raise LabelError(f"{path}: found no line below the header, needed at least one label")
-    return labels
+    return list(labels.values())
 
 
 def _label(where, line, row, frames):
@@ -206,9 +201,8 @@ def _label(where, line, row, frames):
         raise LabelError(f"{where}: found {len(row)} values, needed {','.join(HEADER)}")
     clip = next((name for name in (row[0], row[0].removesuffix(".bvh")) if name in frames), None)
     if clip is None:
-        raise LabelError(
-            f"{where}: found no clip {row[0]!r}, needed the name of one, such as "
-            f"{next(iter(frames), 'none')!r}")
+        raise LabelError(f"{where}: found no clip {row[0]!r}, needed the name of one, such as "
+                         f"{next(iter(frames), 'none')!r}")
     style = np.empty(3)
     for n, (name, word) in enumerate(zip(EFFORTS, row[3:])):
         try:
@@ -219,10 +213,9 @@ def _label(where, line, row, frames):
             raise LabelError(f"{where}: found {name} {word!r}, needed a number from -3 to 3")
     if not row[1] and not row[2]:
         return Label(clip, 0, frames[clip], style, line)
-    if not (row[1].isascii() and row[1].isdigit() and row[2].isascii() and row[2].isdigit()
+    if not (all(word.isascii() and word.isdigit() for word in row[1:3])
             and int(row[1]) < int(row[2]) <= frames[clip]):
         raise LabelError(
             f"{where}: found start {row[1]!r} and end {row[2]!r}, needed whole frames, start < end "
-            f"<= {frames[clip]}, the length "
-            f"of {clip!r}; the end is not included")
+            f"<= {frames[clip]}, the length of {clip!r}; the end is not included")
     return Label(clip, int(row[1]), int(row[2]), style, line)

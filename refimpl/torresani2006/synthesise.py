@@ -1,19 +1,22 @@
-r"""Piecewise style synthesis (Torresani 2006, section 7.2, equation 12): the same actions in a
-style that is asked for.
+r"""Piecewise style synthesis (section 7.2, equation 12): the same actions in a style that is asked
+for.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import accumulate
 
 import numpy as np
 
 from ..motion import rotation
 from ..motion.easing import ease
 from .align import HIGHEST, LOWEST, interpolate, turned
-from .database import blend_inputs, coefficients
-from .observe import observe
-from .poses import HEADING, Fragment, exponential_maps, rotation_matrices
-from .regress import predict
-from .segment import segment
+from .database import Database, blend_inputs, coefficients
+from .observe import LIMIT, Observer, observe
+from .pca import PrincipalComponents
+from .poses import HEADING, Body, Fragment, exponential_maps, rotation_matrices
+from .regress import StyleModel, predict
+from .segment import Piece, segment
 
 NEIGHBOURS, SAMPLES, LOOKS = 12, 13, 8
 GOLDEN, TOLERANCE = (np.sqrt(5.0) - 1.0) / 2.0, 1e-5
@@ -26,8 +29,9 @@ class SynthesisError(ValueError):
 
 @dataclass(frozen=True)
 class Choice:
-    """The minimum of equation 12 for one piece.
-    i, j : fragments of the database;  alpha;  predicted : (3,) f(z);  error : || e - f ||.
+    """The minimum of equation 12 for one pair of fragments.
+
+    i, j : fragments of the database;  predicted : (3,) f(z);  error : || e - f(z) ||.
     """
 
     i: int
@@ -39,27 +43,29 @@ class Choice:
 
 @dataclass(frozen=True)
 class Synthesis:
-    """fragment : the new motion;  cuts : the first frame of each piece and the end;  pieces : of
-    the input;  choices : one a piece.
+    """A new motion and what it was made of.
+
+    cuts : the first frame of each piece and the end;  pieces : of the input;  choices : one a
+    piece.
     """
 
     fragment: Fragment = field(repr=False)
-    cuts: tuple
-    pieces: tuple
-    choices: tuple
+    cuts: tuple[int, ...]
+    pieces: tuple[Piece, ...]
+    choices: tuple[Choice, ...]
 
 
-def neighbours(database, i, count=NEIGHBOURS):
+def neighbours(database: Database, i: int, count: int = NEIGHBOURS) -> np.ndarray:
     """The fragments of i's content nearest to it by SSD, itself among them.
     ->  (K,) numbers, nearest first
     """
-    same = np.array([
-        fragment.content == database.fragments[i].content for fragment in database.fragments])
+    same = np.array([f.content == database.fragments[i].content for f in database.fragments])
     nearest = np.argsort(np.where(same, database.ssd[i], np.inf), kind="stable")
     return nearest[:min(count, same.sum())]
 
 
-def golden_section(f, low, high, tolerance=TOLERANCE):
+def golden_section(f: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray,
+                   tolerance: float = TOLERANCE) -> np.ndarray:
     r"""The minimum of many functions of one number side by side, each between its own ends.
 
     Two points inside, at 0.382 and 0.618 of the interval; the end beyond the worse one moves there
@@ -67,16 +73,18 @@ def golden_section(f, low, high, tolerance=TOLERANCE):
     interval shrinks by 0.618 at the cost of one evaluation.
 
     f : (M,) ->  (M,);  low, high : (M,)
-    ->  (M,) the middle of the last interval, which is no wider than `tolerance`
+    ->  (M,) the middle of the last interval, which is no wider than `tolerance`.
     Raises SynthesisError for ends that are not in order, or a tolerance finer than numbers of their
     size are.
+
+    >>> golden_section(lambda x: (x - 0.3) ** 2, [0.0], [1.0]).round(4)
+    array([0.3])
     """
     low, high = np.array(low, dtype=float), np.array(high, dtype=float)
-    if low.shape != high.shape or low.ndim != 1 or not (
-            low <= high).all() or not np.isfinite(high - low).all():
-        raise SynthesisError(
-            f"low, high: found shapes {low.shape} and {high.shape}, needed finite numbers (M,), "
-            "low <= high")
+    if low.ndim != 1 or low.shape != high.shape or not (
+            (low <= high).all() and np.isfinite(high - low).all()):
+        raise SynthesisError(f"low, high: found shapes {low.shape} and {high.shape}, needed finite "
+                             "numbers (M,), low <= high")
     finest = 8 * np.finfo(float).eps * max(np.abs(low).max(initial=0), np.abs(high).max(initial=0))
     if not tolerance > finest:
         raise SynthesisError(f"tolerance: found {tolerance}, needed a width above {finest:.1g}")
@@ -93,13 +101,17 @@ def golden_section(f, low, high, tolerance=TOLERANCE):
     return 0.5 * (low + high)
 
 
-def best_alpha(error, count, samples=SAMPLES, tolerance=TOLERANCE):
+def best_alpha(error: Callable[[np.ndarray], np.ndarray], count: int, samples: int = SAMPLES,
+               tolerance: float = TOLERANCE) -> np.ndarray:
     """The search of section 7.2 for many pairs side by side: the best of M uniform samples of alpha
     in [-0.25, 1.25], then a golden-section search between its neighbours; the sample itself where
     the search ends no lower.
 
     error : (count,) alphas, one a pair ->  (count,), smooth;  samples : M, at least 2
     ->  (count,) alphas.   Raises SynthesisError.
+
+    >>> best_alpha(lambda alpha: (alpha - 0.3) ** 2, 1).round(4)
+    array([0.3])
     """
     if samples < 2:
         raise SynthesisError(f"samples: found {samples}, needed at least 2 alphas to try")
@@ -110,44 +122,49 @@ def best_alpha(error, count, samples=SAMPLES, tolerance=TOLERANCE):
     return np.where(error(alpha) <= error(grid[best]), alpha, grid[best])
 
 
-def choose(database, model, projection, members, target, samples=SAMPLES):
-    r"""Equation 12:   alpha*, k*, l* = arg min || e - f(z_kl(alpha)) ||
-    over pairs of members and alpha in [-0.25, 1.25] (`best_alpha`).
+def rank_pairs(database: Database, model: StyleModel, pca: PrincipalComponents,
+               members: Sequence[int] | np.ndarray, target: Sequence[float] | np.ndarray,
+               samples: int = SAMPLES) -> list[Choice]:
+    r"""The best alpha (`best_alpha`) of every ordered pair of members, the best pair first.
 
-    members : (K,) fragments, target : (3,), samples : M, at least 2
-    ->  list of Choice, one for each ordered pair, best first
+    Torresani 2006, Equation 12: alpha*, k*, l* = arg min || e - f(z_kl(alpha)) ||, over pairs of
+    members and alpha in [-0.25, 1.25]; the first of the list.
+
+    members : (K,) fragments, target : e (3,), samples : M, at least 2.
     Raises SynthesisError for fewer than two members, or a target outside [-3, 3].
     """
     target = check_style(target)
     if len(members) < 2:
-        raise SynthesisError(
-            f"members: found {len(members)} fragments of this content, needed at least 2; a style "
-            "is made between two "
-            "performances of one action")
+        raise SynthesisError(f"members: found {len(members)} fragments of this content, needed at "
+                             "least 2; a style is made between two performances of one action")
     pairs = np.array([(i, j) for i in members for j in members if i != j])
-    c, e = coefficients(database, projection), database.styles
+    c, e = coefficients(database, pca), database.styles
 
-    def error(alpha):
-        return np.linalg.norm(predict(model, blend_inputs(c, e, pairs, alpha)) - target, axis=1)
+    def _predicted(alpha):
+        return predict(model, blend_inputs(c, e, pairs, alpha))
 
-    alpha = best_alpha(error, len(pairs), samples)
-    predicted, errors = predict(model, blend_inputs(c, e, pairs, alpha)), error(alpha)
-    order = np.argsort(errors, kind="stable")
-    return [
-        Choice(int(pairs[n, 0]), int(pairs[n, 1]), float(alpha[n]), predicted[n], float(errors[n]))
-        for n in order]
+    alpha = best_alpha(lambda alpha: np.linalg.norm(_predicted(alpha) - target, axis=1),
+                       len(pairs), samples)
+    predicted = _predicted(alpha)
+    errors = np.linalg.norm(predicted - target, axis=1)
+    return [Choice(int(pairs[n, 0]), int(pairs[n, 1]), float(alpha[n]), predicted[n],
+                   float(errors[n])) for n in np.argsort(errors, kind="stable")]
 
 
-def check_style(style):
-    """(flow, weight, time), each from -3 to 3.   ->  (3,) float.   Raises SynthesisError."""
+def check_style(style: Sequence[float] | np.ndarray) -> np.ndarray:
+    """(flow, weight, time), each from -3 to 3, as an array (3,).   Raises SynthesisError.
+
+    >>> check_style([0, 3, -3])
+    array([ 0.,  3., -3.])
+    """
     style = np.asarray(style, dtype=float)
-    if style.shape != (3,) or not (np.abs(style) <= 3).all():
-        raise SynthesisError(
-            f"style: found {style}, needed flow, weight and time, each a number from -3 to 3")
+    if style.shape != (3,) or not (np.abs(style) <= LIMIT).all():
+        raise SynthesisError(f"style: found {style}, needed flow, weight and time, each a number "
+                             "from -3 to 3")
     return style
 
 
-def join(parts, body, seam=SEAM):
+def join(parts: Sequence[Fragment], body: Body, seam: float = SEAM) -> Fragment:
     r"""Motions one after the other, with continuous root and pose.
 
     Each part is set down where the one before ends, facing its way, one step of the mean speed of
@@ -155,20 +172,16 @@ def join(parts, body, seam=SEAM):
     mean step of both, is shared: half of it fades in before the seam and half fades out after it.
     Height likewise.
 
-    parts : list of Fragment, at least one, of one frame rate;  seam : seconds on either side
-    ->  Fragment.   Raises SynthesisError.
+    parts : at least one, of one frame rate;  seam : seconds on either side.
+    Raises SynthesisError.
     """
     if not parts or len({part.fps for part in parts}) != 1:
-        raise SynthesisError(
-            f"parts: found {len(parts)} of {sorted({part.fps for part in parts})} frames/s, needed "
-            "at least one, all of one rate")
-    placed = [parts[0]]
-    for part in parts[1:]:
-        placed.append(_set_down(part, placed[-1], body))
+        raise SynthesisError(f"parts: found {len(parts)} of {sorted({part.fps for part in parts})} "
+                             "frames/s, needed at least one, all of one rate")
+    placed = list(accumulate(parts, lambda before, part: _set_down(part, before, body)))
     rotations = [rotation_matrices(part.angles, body.reference) for part in placed]
     roots = [part.root.copy() for part in placed]
-    up = "xyz".index(body.up)
-    width = max(1, round(seam * parts[0].fps))
+    up, width = "xyz".index(body.up), max(1, round(seam * parts[0].fps))
     jumps = []
     for A, B, a, b in zip(rotations, rotations[1:], roots, roots[1:]):
         step = 0.5 * (rotation.log_map(_turn(A[-2], A[-1])) + rotation.log_map(_turn(B[0], B[1])))
@@ -201,43 +214,54 @@ def _set_down(part, before, body):
     """A part moved over the floor and turned so that it goes on from the one before, at the mean
     speed of both.   ->  Fragment
     """
-    root, end, floor, up = part.root.copy(), before.root, body.floor, body.up
+    root, end, floor = part.root, before.root, body.floor
     turn = 0.5 * (end[-1, HEADING] - end[-2, HEADING] + root[1, HEADING] - root[0, HEADING])
-    angle = end[-1, HEADING] + turn - root[0, HEADING]
-    path = turned(root[:, floor] - root[0, floor], angle, up)
-    root[:, floor] = path + end[-1,
-                                floor] + 0.5 * (end[-1, floor] - end[-2, floor] + path[1] - path[0])
-    root[:, HEADING] += angle
+    root = _at_origin(root, end[-1, HEADING] + turn, body)
+    step = 0.5 * (end[-1, floor] - end[-2, floor] + root[1, floor] - root[0, floor])
+    root[:, floor] = root[:, floor] + end[-1, floor] + step
     return replace(part, root=root)
 
 
-def synthesise(Y, database, model, projection, target, *, count=NEIGHBOURS, samples=SAMPLES,
-               looks=None):
-    """A motion with the content of Y and the style that is asked for (section 7).
+def _at_origin(root, heading, body):
+    """A root (T, 4) that begins at the floor's origin with this heading.   ->  (T, 4)"""
+    moved, floor, angle = root.copy(), body.floor, heading - root[0, HEADING]
+    moved[:, floor] = turned(root[:, floor] - root[0, floor], angle, body.up)
+    moved[:, HEADING] += angle
+    return moved
 
-    Y : Fragment of the database's body and frame rate;  model, projection : of `database.train`;
-    target : (3,) flow, weight, time;
-    count, samples, looks : see `restyle`   ->  Synthesis, set down where Y begins.
+
+def synthesise(Y: Fragment, database: Database, model: StyleModel, pca: PrincipalComponents,
+               target: Sequence[float] | np.ndarray, *, count: int = NEIGHBOURS,
+               samples: int = SAMPLES, looks: int | None = None) -> Synthesis:
+    """A motion with the content of Y and the style that is asked for (section 7), set down where Y
+    begins.
+
+    Y : of the database's body and frame rate;  model, pca : of `database.train`;
+    target : (3,) flow, weight, time;  count, samples, looks : see `restyle`.
     Raises SynthesisError, SegmentError.
     """
     target = check_style(target)
     if Y.fps != database.fragments[0].fps:
-        raise SynthesisError(
-            f"{Y.name}: found {Y.fps:g} frames/s, needed {database.fragments[0].fps:g} as in the "
-            "database")
+        raise SynthesisError(f"{Y.name}: found {Y.fps:g} frames/s, needed "
+                             f"{database.fragments[0].fps:g} as in the database")
     _, pieces = segment(Y.angles, [fragment.angles for fragment in database.fragments])
-    return restyle(Y, pieces, database, model, projection, target, count=count, samples=samples,
+    return restyle(Y, pieces, database, model, pca, target, count=count, samples=samples,
                    looks=looks)
 
 
-def restyle(Y, pieces, database, model, projection, target, *, count=NEIGHBOURS, samples=SAMPLES,
-            looks=None):
+def restyle(Y: Fragment, pieces: Sequence[Piece], database: Database, model: StyleModel,
+            pca: PrincipalComponents, target: Sequence[float] | np.ndarray, *,
+            count: int = NEIGHBOURS, samples: int = SAMPLES,
+            looks: int | None = None) -> Synthesis:
     """`synthesise` for a motion that is cut already.
 
-    pieces : list of Piece;  count : K of section 7.2, within the content;  looks : how many of the
-    best pairs are blended; of these the one is taken that the computed observer sees nearest to the
-    target. 1 is equation 12, which trusts f alone, and the default where an analyst's labels count,
-    since the computed observer is no judge of these; otherwise the default is 8   ->  Synthesis
+    Torresani 2006, Equation 2: for each piece alpha*, k*, l* = arg min || e - f(X_k, X_l, e_k, e_l,
+    alpha) || among the fragments X that match it (`rank_pairs`).
+
+    count : K of section 7.2, within the content;  samples : M of `best_alpha`;  looks : how many of
+    the best pairs are blended; of these the one is taken that the computed observer sees nearest to
+    the target. 1 is equation 12, which trusts f alone, and the default where an analyst's labels
+    count, since the computed observer cannot rate these; otherwise the default is 8.
     """
     looks = (1 if database.labelled else LOOKS) if looks is None else looks
     if looks < 1:
@@ -249,35 +273,27 @@ def restyle(Y, pieces, database, model, projection, target, *, count=NEIGHBOURS,
             content = database.fragments[piece.fragment].content
             raise SynthesisError(
                 f"frames {piece.start} to {piece.end} match {content!r}: found {len(members)} "
-                "fragment of it to blend, needed at "
-                "least 2; add performances of this action to the database, or raise the number of "
-                "neighbours")
-        best = choose(database, model, projection, members, target, samples)[:looks]
-        blends = [
-            interpolate(database.fragments[c.i], database.fragments[c.j], c.alpha,
-                        up=database.body.up) for c in best]
+                "fragment of it to blend, needed at least 2; add performances of this action to "
+                "the database, or raise the number of neighbours")
+        best = rank_pairs(database, model, pca, members, target, samples)[:looks]
+        blends = [interpolate(database.fragments[c.i], database.fragments[c.j], c.alpha,
+                              up=database.body.up) for c in best]
         misses = [np.linalg.norm(observe(blend, database.observer) - target)
                   for blend in blends] if looks > 1 else [0.0]
         choices.append(best[int(np.argmin(misses))])
         parts.append(blends[int(np.argmin(misses))])
-    parts[0] = _at_start_of(Y, parts[0], database.body)
+    root, floor = _at_origin(parts[0].root, Y.root[0, HEADING], database.body), database.body.floor
+    root[:, floor] += Y.root[0, floor]
+    parts[0] = replace(parts[0], root=root)
     cuts = np.cumsum([0] + [part.frames for part in parts])
     return Synthesis(join(parts, database.body), tuple(int(cut) for cut in cuts), tuple(pieces),
                      tuple(choices))
 
 
-def _at_start_of(Y, part, body):
-    """A part moved to where Y begins, facing its way."""
-    root, angle = part.root.copy(), Y.root[0, HEADING] - part.root[0, HEADING]
-    root[:, body.floor] = turned(root[:, body.floor] - root[0, body.floor], angle,
-                                 body.up) + Y.root[0, body.floor]
-    root[:, HEADING] += angle
-    return replace(part, root=root)
-
-
-def observed_style(fragment, cuts, contents, observer):
-    """The computed observer on a motion of several actions: the mean of what it sees in each (those
-    of fewer than four frames left out).
+def observed_style(fragment: Fragment, cuts: Sequence[int], contents: Sequence[str],
+                   observer: Observer) -> np.ndarray:
+    """The computed observer on a motion of several actions: the mean of what it sees in each, those
+    of fewer than four frames left out.
 
     cuts : the first frame of each and the end, contents : one each   ->  (3,)
     """
@@ -289,6 +305,6 @@ def observed_style(fragment, cuts, contents, observer):
     return np.mean([observe(part, observer, content) for part, content in parts], axis=0)
 
 
-def contents_of(database, pieces):
-    """The content of each piece, that of the fragment it matches.   ->  list of str"""
+def contents_of(database: Database, pieces: Sequence[Piece]) -> list[str]:
+    """The content of each piece, that of the fragment it matches."""
     return [database.fragments[piece.fragment].content for piece in pieces]

@@ -36,7 +36,7 @@ def test_unchanged_it_is_the_codes_search(world, short):
     content, style = made["walk_normal_000"][:60], made["walk_old_000"][:80]
     start = search.noise(np.random.default_rng([0, 4]), len(content))
     wanted = search.transfer(content, style, net.params, net.normaliser, start=start, iterations=5, constraint_iterations=4)
-    result, styled = experiment.carry_out(content, style, net, experiment.CODE)
+    result, styled = experiment.search_changed(content, style, net, experiment.CODE)
     np.testing.assert_allclose(result, wanted.result, atol=1e-10)
     np.testing.assert_allclose(styled, wanted.after_style, atol=1e-10)
 
@@ -44,27 +44,27 @@ def test_unchanged_it_is_the_codes_search(world, short):
 def test_every_way_changes_something(world, short):
     _, net, made = world
     content, style = made["walk_normal_000"][:60], made["walk_old_000"][:80]
-    code = experiment.carry_out(content, style, net, experiment.CODE)[0]
+    code = experiment.search_changed(content, style, net, experiment.CODE)[0]
     for way in experiment.WAYS[1:]:
         if way.name == "no floor term":                          # needs feet under the floor
             mean = net.normaliser.mean.copy()
             mean[[rows.POSITIONS.start + 3 * foot + 1 for foot in losses.FEET]] -= 3
             low = bridge.Network(net.params, rows.Normaliser(mean, net.normaliser.deviation))
-            a, b = (experiment.carry_out(content, style, low, w)[0] for w in (experiment.CODE, way))
+            a, b = (experiment.search_changed(content, style, low, w)[0] for w in (experiment.CODE, way))
             assert np.abs(a - b).max() > 1e-6
         else:
-            assert np.abs(experiment.carry_out(content, style, net, way)[0] - code).max() > 1e-6, way.name
+            assert np.abs(experiment.search_changed(content, style, net, way)[0] - code).max() > 1e-6, way.name
 
 
 def test_measures_of_what_was_done(world):
     _, net, made = world
     content, style = made["walk_normal_000"][:60], made["walk_old_000"][:80]
-    own = experiment.measure(content, content, content, style, net, 60.0)
+    own = experiment.measure_rows(content, content, content, style, net, 60.0)
     assert all(own[name] == pytest.approx(1) for name in ("first", "left", "excursion", "speed", "jerk")) and own["moved"] == 0 and own["bones"] < 1e-2
     doubled = content.copy()
     doubled[:, rows.VELOCITY] *= 2
     doubled[:, rows.POSITIONS.start + 1:rows.POSITIONS.stop:3] -= 3
-    found = experiment.measure(doubled, style, content, style, net, 60.0)
+    found = experiment.measure_rows(doubled, style, content, style, net, 60.0)
     assert found["speed"] == pytest.approx(2) and found["moved"] == pytest.approx(3) and found["sunk"] > 2 and found["first"] < 1e-9 < found["left"]
 
 

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from refimpl.experiments import classifiers as judges, evaluate
+from refimpl.experiments import evaluate
 from refimpl.holden2016 import bridge, network, rows
+from refimpl.experiments import classifiers
 from refimpl.holden2017 import networks
 from refimpl.holden2017.trained import Manifold, Style
 from refimpl.motion.dataset import assemble
@@ -32,14 +33,14 @@ def world():
 @pytest.fixture(scope="module")
 def both(world):
     _, dataset, manifold, _ = world
-    return evaluate.fit_judges(dataset.select(held_out=False), manifold, dataset.leg)
+    return evaluate.fit_classifiers(dataset.select(held_out=False), manifold, dataset.leg)
 
 
 @pytest.mark.parametrize("name", ["gram", "joints"])
 def test_a_judge_recognises_people_that_it_never_saw(world, both, name):
     _, dataset, _, _ = world
     held = dataset.select(held_out=True)
-    assert len(held) == 4 and [both[name].verdict(c.features) for c in held] == [(c.style, c.content) for c in held]
+    assert len(held) == 4 and [both[name].classify(c.features) for c in held] == [(c.style, c.content) for c in held]
     assert all(np.argmax(both[name].scores(c.features)) == both[name].labels.index((c.style, c.content)) for c in held)
 
 
@@ -47,7 +48,7 @@ def test_the_judge_of_joints_sees_jitter(world, both):
     _, dataset, _, _ = world
     clean = dataset.select(held_out=True)[0].features
     shaken = clean + np.random.default_rng(2).normal(0, 1.0, clean.shape) * (np.arange(66) < 63)
-    distance = [judges.frechet_distance(both["joints"].embed(f), both["joints"].embed(clean)) for f in (clean, shaken)]
+    distance = [classifiers.frechet_distance(both["joints"].embed(f), both["joints"].embed(clean)) for f in (clean, shaken)]
     assert distance[0] < 1e-9 < 100 < distance[1]
 
 
@@ -65,26 +66,26 @@ def test_scores_are_the_equation(world, both):
 
 
 def test_pieces_cover_a_clip_and_a_short_one_is_one():
-    found = judges.pieces(np.arange(200), span=120, hop=30)
+    found = classifiers.sliding_windows(np.arange(200), span=120, hop=30)
     assert [(p[0], p[-1]) for p in found] == [(0, 119), (30, 149), (60, 179), (80, 199)]
-    assert [len(p) for p in judges.pieces(np.arange(7))] == [7] and len(judges.pieces(np.arange(120))) == 1
+    assert [len(p) for p in classifiers.sliding_windows(np.arange(7))] == [7] and len(classifiers.sliding_windows(np.arange(120))) == 1
 
 
 def test_frechet_distance_of_gaussians_that_commute():
     rng = np.random.default_rng(3)
     x = rng.standard_normal((100000, 2)) * [2.0, 1.0]
     y = rng.standard_normal((100000, 2)) * [1.0, 3.0] + [4.0, 0.0]
-    assert judges.frechet_distance(x, y, shrinkage=0.0) == pytest.approx(16 + 1 + 4, rel=0.02)       # sum of (deviation - deviation)^2
-    assert judges.frechet_distance(x, y) == pytest.approx(judges.frechet_distance(y, x))
-    assert judges.frechet_distance(x, x) == pytest.approx(0, abs=1e-9)
+    assert classifiers.frechet_distance(x, y, shrinkage=0.0) == pytest.approx(16 + 1 + 4, rel=0.02)       # sum of (deviation - deviation)^2
+    assert classifiers.frechet_distance(x, y) == pytest.approx(classifiers.frechet_distance(y, x))
+    assert classifiers.frechet_distance(x, x) == pytest.approx(0, abs=1e-9)
 
 
 def test_one_class_is_refused(world):
     _, dataset, _, _ = world
     with pytest.raises(ValueError, match="found 1 classes"):
-        judges.fit_judge([(dataset.clips[0].features, "a", "b")], judges.joint_vectors)
+        classifiers.fit_classifier([(dataset.clips[0].features, "a", "b")], classifiers.joint_vectors)
     with pytest.raises(ValueError, match="found 2 windows, no class with two that differ"):
-        judges.fit_judge([(dataset.clips[i].features[:120], "a", str(i)) for i in (0, 1)], judges.joint_vectors)
+        classifiers.fit_classifier([(dataset.clips[i].features[:120], "a", str(i)) for i in (0, 1)], classifiers.joint_vectors)
 
 
 def test_doctored_motion_measures_what_was_done_to_it(world, both):
@@ -127,7 +128,7 @@ def test_every_system_is_carried_out_and_summed_up(world, both, tmp_path):
         rows.append({"style": "zombie", "content": "walk", "system": system, **evaluate.measure(again, take, exemplars, manifold, both), "seconds": seconds})
     real = dataset.select(style="zombie", content="walk", held_out=True)[0]
     rows.append({"style": "zombie", "content": "walk", "system": "real", **evaluate.measure_real(real, dataset.leg, exemplars, manifold, both)})
-    lines = evaluate.summary(rows, {("zombie", s): 1.0 for s in evaluate.SYSTEMS})
+    lines = evaluate.summarise_systems(rows, {("zombie", s): 1.0 for s in evaluate.SYSTEMS})
     assert [line["system"] for line in lines] == list(evaluate.SYSTEMS)
     by_system = {line["system"]: line for line in lines}
     assert by_system["content"]["style by joints"] == 0 and by_system["real"]["style by joints"] == by_system["real"]["style by gram"] == 1
@@ -143,10 +144,10 @@ def test_judges_are_kept_apart_from_what_transfers_used(world):
     _, dataset, manifold, style = world
     names = [c.name for c in dataset.select(held_out=False)]
     used = replace(style, learned=tuple(names[:2]), exemplars=tuple(names[-2:]))
-    found = [c.name for c in evaluate.judges_clips(dataset, [used])]
+    found = [c.name for c in evaluate.classifier_clips(dataset, [used])]
     assert set(found) == set(names[2:-2])
     with pytest.raises(evaluate.EvaluationError, match="found no clip of style zombie"):
-        evaluate.judges_clips(dataset, [replace(style, exemplars=tuple(c.name for c in dataset.select(style="zombie")))])
+        evaluate.classifier_clips(dataset, [replace(style, exemplars=tuple(c.name for c in dataset.select(style="zombie")))])
     with pytest.raises(evaluate.EvaluationError, match="found none of its exemplars"):
         evaluate.exemplars_of(dataset, style, "walk")
 

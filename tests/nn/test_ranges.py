@@ -12,7 +12,7 @@ from refimpl import nn
 from refimpl.holden2017 import losses
 from refimpl.motion import rotation
 from refimpl.fast import conv as tiled
-from refimpl.torresani2006 import regress
+from refimpl.torresani2006 import pca, regress
 
 ORDERS = {"as made": lambda a: a, "channels last": lambda a: np.ascontiguousarray(a.swapaxes(1, 2)).swapaxes(1, 2),
           "Fortran": np.asfortranarray}
@@ -182,7 +182,7 @@ def test_the_gaussian_kernel_of_points_far_from_zero():
 def test_the_sign_of_a_component_at_a_tie_is_no_matter_of_rounding():
     signs = set()
     for s in np.random.default_rng(0).uniform(0.1, 10, 400):
-        fitted = regress.fit_pca([s * np.array([[0.0, 0], [1, -1], [2, -2]]) * (k + 1) + 0.1 for k in range(3)], 1, 3)
+        fitted = pca.fit_pca([s * np.array([[0.0, 0], [1, -1], [2, -2]]) * (k + 1) + 0.1 for k in range(3)], 1, 3)
         signs.add(tuple(np.sign(np.round(fitted.basis[0], 6))))
     assert len(signs) == 1
 
@@ -190,10 +190,10 @@ def test_the_sign_of_a_component_at_a_tie_is_no_matter_of_rounding():
 def test_components_that_are_rounding_noise_are_refused():
     rng = np.random.default_rng(0)
     sequences = [rng.standard_normal((5, 2)) for _ in range(3)]
-    assert regress.fit_pca(sequences, 2, 5).basis.shape == (2, 10)
+    assert pca.fit_pca(sequences, 2, 5).basis.shape == (2, 10)
     for few in (sequences, [*sequences, sequences[0], sequences[1]]):         # copies add no direction
         with pytest.raises(regress.RegressError, match="^components: found 3, needed 1 to 2"):
-            regress.fit_pca(few, 3, 5)
+            pca.fit_pca(few, 3, 5)
 
 
 def test_ridge_of_columns_that_are_large_or_nearly_equal():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from refimpl.torresani2006 import regress, svr
+from refimpl.torresani2006 import pca, regress, svr
 from refimpl.torresani2006.align import AlignError
 
 
@@ -19,21 +19,21 @@ def problem(seed, n=40, d=4):
 def test_pca():
     rng = np.random.default_rng(0)
     sequences = [rng.normal(size=(n, 5)) * [3, 1, 1, 1, 1] for n in (20, 31, 44, 25, 60)]
-    projection = regress.fit_pca(sequences, 3, 10)
+    projection = pca.fit_pca(sequences, 3, 10)
     np.testing.assert_allclose(projection.basis @ projection.basis.T, np.eye(3), atol=1e-12)
-    c = np.array([regress.project(projection, sequence) for sequence in sequences])
+    c = np.array([pca.pca_scores(projection, sequence) for sequence in sequences])
     np.testing.assert_allclose(c.mean(axis=0), 0, atol=1e-12)
-    X = np.stack([regress.stretched(sequence, 10).ravel() for sequence in sequences])
+    X = np.stack([pca.stretched(sequence, 10).ravel() for sequence in sequences])
     needed = np.linalg.eigvalsh(np.cov(X.T, bias=True))[::-1][:3]
     np.testing.assert_allclose(c.var(axis=0), needed, rtol=1e-9)
     with pytest.raises(regress.RegressError, match="components: found 6"):
-        regress.fit_pca(sequences, 6, 10)
+        pca.fit_pca(sequences, 6, 10)
     with pytest.raises(regress.RegressError, match=r"angles a frame \[4, 5\]"):
-        regress.fit_pca([sequences[0], sequences[1][:, :4]], 1, 10)
+        pca.fit_pca([sequences[0], sequences[1][:, :4]], 1, 10)
     with pytest.raises(regress.RegressError, match="sequences: found"):
-        regress.fit_pca([], 1, 10)
+        pca.fit_pca([], 1, 10)
     with pytest.raises(AlignError, match=r"sequences\[1\]: found shape \(0, 5\)"):
-        regress.fit_pca([sequences[0], sequences[1][:0]], 1, 10)
+        pca.fit_pca([sequences[0], sequences[1][:0]], 1, 10)
 
 
 def test_signs_of_principal_components():
@@ -41,15 +41,15 @@ def test_signs_of_principal_components():
     rng = np.random.default_rng(4)
     sequences = list(rng.normal(size=(9, 6, 2)))
     for sign in (1, -1):
-        basis = regress.fit_pca([sign * sequence for sequence in sequences], 3, 6).basis
+        basis = pca.fit_pca([sign * sequence for sequence in sequences], 3, 6).basis
         assert (basis[np.arange(3), np.abs(basis).argmax(axis=1)] > 0).all()
-        np.testing.assert_allclose(np.abs(basis), np.abs(regress.fit_pca(sequences, 3, 6).basis), atol=1e-12)
+        np.testing.assert_allclose(np.abs(basis), np.abs(pca.fit_pca(sequences, 3, 6).basis), atol=1e-12)
 
 
 def test_stretched_keeps_both_ends_and_what_has_the_length():
     X = np.random.default_rng(0).normal(size=(17, 3))
-    np.testing.assert_allclose(regress.stretched(X, 17), X, atol=1e-12)
-    np.testing.assert_array_equal(regress.stretched(X, 5)[[0, -1]], X[[0, -1]])
+    np.testing.assert_allclose(pca.stretched(X, 17), X, atol=1e-12)
+    np.testing.assert_array_equal(pca.stretched(X, 5)[[0, -1]], X[[0, -1]])
 
 
 def test_linear_interpolation():
@@ -219,7 +219,7 @@ def test_scikit_learn_agrees_on_svr():
 def test_scikit_learn_agrees_on_pca():
     witness = pytest.importorskip("sklearn.decomposition")
     sequences = list(np.random.default_rng(0).normal(size=(12, 8, 3)))
-    projection = regress.fit_pca(sequences, 3, 8)
-    found = np.array([regress.project(projection, sequence) for sequence in sequences])
+    projection = pca.fit_pca(sequences, 3, 8)
+    found = np.array([pca.pca_scores(projection, sequence) for sequence in sequences])
     needed = witness.PCA(3).fit_transform(np.stack([sequence.ravel() for sequence in sequences]))
     np.testing.assert_allclose(np.abs(found), np.abs(needed), atol=1e-9)

@@ -42,7 +42,7 @@ def test_choice_is_the_best_of_a_fine_grid(trained):
     database, model, projection = trained
     members, target = synthesise.neighbours(database, 3, 5), np.array([1.0, -0.5, 0.7])
     assert members[0] == 3 and len(members) == 5
-    best = synthesise.choose(database, model, projection, members, target)
+    best = synthesise.rank_pairs(database, model, projection, members, target)
     assert len(best) == 20 and best[0].error == min(choice.error for choice in best)
     c, e = databases.coefficients(database, projection), database.styles
     alphas = np.linspace(-0.25, 1.25, 1501)
@@ -55,7 +55,7 @@ def test_choice_is_the_best_of_a_fine_grid(trained):
 def test_target_of_a_fragment_is_met(trained):
     """The style of a fragment can be had from that fragment."""
     database, model, projection = trained
-    choice = synthesise.choose(database, model, projection, synthesise.neighbours(database, 7), database.styles[7])[0]
+    choice = synthesise.rank_pairs(database, model, projection, synthesise.neighbours(database, 7), database.styles[7])[0]
     assert choice.error < 0.25
 
 
@@ -63,11 +63,11 @@ def test_wrong_styles(trained):
     database, model, projection = trained
     for target in ([4, 0, 0], [np.nan, 0, 0], [0, 0]):
         with pytest.raises(synthesise.SynthesisError, match="flow, weight and time"):
-            synthesise.choose(database, model, projection, [0, 1], target)
+            synthesise.rank_pairs(database, model, projection, [0, 1], target)
     with pytest.raises(synthesise.SynthesisError, match="found 1 fragments"):
-        synthesise.choose(database, model, projection, [0], [0, 0, 0])
+        synthesise.rank_pairs(database, model, projection, [0], [0, 0, 0])
     with pytest.raises(synthesise.SynthesisError, match="samples: found 1"):
-        synthesise.choose(database, model, projection, [0, 1], [0, 0, 0], 1)
+        synthesise.rank_pairs(database, model, projection, [0, 1], [0, 0, 0], 1)
 
 
 def test_what_cannot_be_synthesised(trained, phrase):
