@@ -1,8 +1,8 @@
 r"""What the searches of the 2016 code minimise (`constraints.py`, `demo_style_transfer.py`).
 
-All are *means*, where equations 7 to 9 of Holden et al. 2017 have sums. Each gives one number for each
-clip, (N,); the code's own number is their mean over the clips. Motion is (N, 73, T), denormalised,
-in the code's unit.
+All are *means*, where equations 7 to 9 of Holden et al. 2017 have sums. Each gives one number for
+each clip, (N,); the code's own number is their mean over the clips. Motion is (N, 73, T),
+denormalised, in the code's unit.
 """
 
 import numpy as np

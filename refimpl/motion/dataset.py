@@ -1,6 +1,5 @@
 """A folder of clips as one file of features with labels: what the networks are trained on."""
 
-import csv
 from dataclasses import dataclass, field
 import functools
 from pathlib import Path
@@ -8,7 +7,7 @@ import re
 
 import numpy as np
 
-from ..storage import FormatError, load_npz, plausible, save_npz
+from ..storage import FormatError, load_npz, plausible, read_table, save_npz
 from . import features as feature_space
 from .features import FEATURES, FPS, LEG_RANGE
 from .joints import BONES
@@ -96,19 +95,12 @@ def labels_from_file(paths, label_file, folder):
         for name in (path.relative_to(folder).as_posix(), path.name, path.stem):
             known.setdefault(name, path)
     labels = {}
-    try:
-        with open(label_file, encoding="utf-8-sig", newline="") as file:
-            rows = list(csv.reader(file))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise LabelError(
-            f"{label_file}: found {error}, needed UTF-8 text with the header clip,content,style"
-        ) from None
-    if not rows or [cell.strip() for cell in rows[0]] != ["clip", "content", "style"]:
+    rows = read_table(label_file, "the header clip,content,style", LabelError)
+    if not rows or rows[0] != ["clip", "content", "style"]:
         raise LabelError(
             f"{label_file}:1: found {','.join(rows[0]) if rows else 'an empty file'!r}, needed the "
             "header clip,content,style")
     for line, row in enumerate(rows[1:], start=2):
-        row = [cell.strip() for cell in row]
         if not any(row):
             continue
         if len(row) != 3 or not all(row):
