@@ -10,8 +10,7 @@ The rooms, from the ground floor up; imports only point downwards:
   and back, contacts, windows. Begin with `motion.features`.
   `refimpl.embedded`: motion made by formulas.
 - `refimpl.holden2017`: Holden, Habibie, Kusajima, Komura 2017, "Fast Neural Style Transfer for
-  Motion
-  Data". `networks` are its figure 1, `losses` its equations 4 to 9, `objective` equation 10,
+  Motion Data". `networks` are its figure 1, `losses` its equations 4 to 9, `objective` equation 10,
   `train` and `transfer` the rest.
 - `refimpl.holden2016`: its predecessor, as the authors' code is. Begin with `search`.
 - `refimpl.torresani2006`: Torresani, Hackney, Bregler 2006, "Learning Motion Style Synthesis from

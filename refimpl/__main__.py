@@ -1,6 +1,4 @@
-"""`python -m refimpl` is `refimpl`. Ctrl-C while the libraries are read in ends the program without
-a word.
-"""
+"""`python -m refimpl` is `refimpl`. Ctrl-C while libraries are imported ends it without a word."""
 
 import os
 import signal
@@ -8,7 +6,7 @@ import sys
 
 
 def run() -> int:
-    """The program: read in what it needs, then do what the command line says.   ->  exit status"""
+    """Import what the program needs, then do what the command line says.   ->  exit status"""
     own = signal.getsignal(signal.SIGINT)
     if own is signal.default_int_handler:                        # not ignored, as under nohup
         signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -19,8 +17,7 @@ def run() -> int:
         return 2
     signal.signal(signal.SIGINT, own)
     status = main()
-    # told to end: no waiting for what workers left behind
-    if status in (130, 143):
+    if status in (130, 143):                                     # stopped: do not wait for workers
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)

@@ -1,22 +1,24 @@
 """The command line: which words there are. What they do stands in `commands/`, one file a group."""
 
 import argparse
+from collections.abc import Sequence
 import os
 from pathlib import Path
 import signal
 import sys
 import threading
+from typing import NoReturn
 
 from . import __version__
 from .blas import prefer
 
-# before NumPy is first imported, hence before the commands
-prefer(os.environ)
+prefer(os.environ)                                               # before NumPy is first imported
 
-from .commands import bench, check, demo, evaluate, inspect, prepare, torresani, train, train_2016, transfer
-from .commands.options import InputFolder, OutputFolder, files_of
-from .commands.terminal import safe_streams
-from .storage import OutputError, check_outputs, identity, protected
+from .commands import (bench, check, demo, evaluate, inspect, prepare, torresani,  # noqa: E402
+                       train, train_2016, transfer)
+from .commands.options import InputFolder, OutputFolder, files_of  # noqa: E402
+from .commands.terminal import safe_streams  # noqa: E402
+from .storage import OutputError, check_outputs, identity, protected  # noqa: E402
 
 GROUPS = (demo, inspect, prepare, train, train_2016, transfer, evaluate, torresani, check, bench)
 
@@ -24,7 +26,8 @@ GROUPS = (demo, inspect, prepare, train, train_2016, transfer, evaluate, torresa
 class Parser(argparse.ArgumentParser):
     """argparse's parser, which answers wrong words in one line like every other error here."""
 
-    def error(self, message):
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong and end with status 2."""
         self.exit(2, f"refimpl: error: {' '.join(message.split())}; see `{self.prog} --help`\n")
 
 
@@ -32,12 +35,12 @@ class Terminated(BaseException):
     """SIGTERM: raised where the program stands, so that nothing is left half written."""
 
 
-def parser():
+def parser() -> Parser:
     """The whole command line as an argparse parser."""
-    top = Parser(
-        prog="refimpl", description="Motion style transfer in NumPy with hand-written gradients.",
-        epilog="Every step leaves one file, so that each can be looked at and repeated. "
-               "`refimpl COMMAND --help` tells more.")
+    top = Parser(prog="refimpl",
+                 description="Motion style transfer in NumPy with hand-written gradients.",
+                 epilog="Every step leaves one file, so that each can be looked at and repeated. "
+                        "`refimpl COMMAND --help` tells more.")
     top.add_argument("--version", action="version", version=f"refimpl {__version__}")
     commands = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for group in GROUPS:
@@ -45,13 +48,15 @@ def parser():
     return top
 
 
-def main(argv=None):
-    """Run one command.   argv : list of words, the process's own unless given   ->  exit status
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
 
-    0 done and good; 1 done, and something disagrees; 2 input that cannot be used, or a file that
-    cannot be read or written (one line says what, where and what to do); 130 stopped with Ctrl-C,
-    143 with SIGTERM. With REFIMPL_TRACEBACK set in the environment an error shows where it came
-    from.
+    With REFIMPL_TRACEBACK set in the environment an error shows where it came from.
+
+    argv : words, the process's own unless given
+    ->  exit status: 0 done and good; 1 done, and something disagrees; 2 input that cannot be used,
+    or a file that cannot be read or written (one line says what, where and what to do); 130 stopped
+    with Ctrl-C, 143 with SIGTERM
     """
     with safe_streams() as out:
         arguments = parser().parse_args(argv)
@@ -60,22 +65,14 @@ def main(argv=None):
         try:
             status = _run(arguments) or 0
             out.flush()
-            # Python dropped it, as in a callback
-            if _told:
+            if _told:                                            # Python drops it in a callback
                 raise Terminated
             return status
-        except KeyboardInterrupt:
-            print(
-                "refimpl: stopped; nothing is half written, and a training goes on from its last "
-                "epoch "
-                "with --resume", file=sys.stderr)
-            return 130
-        except Terminated:
-            print(
-                "refimpl: told to end; nothing is half written, and a training goes on from its "
-                "last "
-                "epoch with --resume", file=sys.stderr)
-            return 143
+        except (KeyboardInterrupt, Terminated) as stop:
+            told = isinstance(stop, Terminated)
+            print(f"refimpl: {'told to end' if told else 'stopped'}; nothing is half written, and "
+                  "a training goes on from its last epoch with --resume", file=sys.stderr)
+            return 143 if told else 130
         except Exception as error:
             if os.environ.get("REFIMPL_TRACEBACK"):
                 raise
@@ -104,7 +101,7 @@ def _files_below(folder):
     return [os.path.join(where, name) for where, _, names in os.walk(folder) for name in names]
 
 
-_told: list[int] = []                                            # signals to end that came
+_told: list[int] = []                                            # the signals to end that came
 
 
 def _terminated(number, frame):
@@ -114,8 +111,7 @@ def _terminated(number, frame):
 
 
 def _on_termination(handler):
-    """Set what SIGTERM does.   ->  what it did before; a thread may not set it and changes nothing
-    """
+    """Set what SIGTERM does, which a thread may not.   ->  what it did before, None in a thread"""
     if handler is None or threading.current_thread() is not threading.main_thread():
         return None
     return signal.signal(signal.SIGTERM, handler)
@@ -123,25 +119,24 @@ def _on_termination(handler):
 
 def _one_line(error, arguments):
     """What is wrong, in one line that names a file of the command."""
+    text = " ".join(str(error).split())
     if isinstance(error, OSError) and error.strerror and error.filename is not None:
         said = f"{error.filename}: {error.strerror}"
     elif isinstance(error, OSError) and error.strerror:
         said = error.strerror
     elif isinstance(error, (ValueError, OSError)):
-        said = " ".join(str(error).split()) or type(error).__name__
+        said = text or type(error).__name__
     elif isinstance(error, MemoryError):
-        said = f"not enough memory ({' '.join(str(error).split()) or 'none left'}); try a smaller input"
+        said = f"not enough memory ({text or 'none left'}); try a smaller input"
     elif isinstance(error, ArithmeticError):
-        said = f"found numbers that cannot be computed with ({error}); is a size or a weight absurd?"
+        said = (f"found numbers that cannot be computed with ({error}); is a size or a weight "
+                "absurd?")
     else:
-        said = (
-            f"could not go on ({type(error).__name__}: {' '.join(str(error).split())[:200]}); this "
-            "is a "
-            "fault of refimpl: REFIMPL_TRACEBACK=1 in the environment shows where")
+        said = (f"could not go on ({type(error).__name__}: {text[:200]}); this is a fault of "
+                "refimpl: REFIMPL_TRACEBACK=1 in the environment shows where")
     inputs, outputs = files_of(arguments)
     files = [*inputs.values(), *outputs.values()]
-    if said.startswith("-") or any(Path(f).name in said or str(f) in said
-                                   for f in files) or not files:
-        return said.replace("\n", "\\n")                         # a file may be called so
-    return f"{', '.join(map(str, list(inputs.values())[:4] or files[:1]))}: {said}".replace(
-        "\n", "\\n")
+    if files and not said.startswith("-") and not any(Path(f).name in said or f in said
+                                                      for f in files):
+        said = f"{', '.join(list(inputs.values())[:4] or files[:1])}: {said}"
+    return said.replace("\n", "\\n")                             # a file may be called so

@@ -1,32 +1,30 @@
 """Files on disk: written whole or not at all, and never over something that is needed.
 
-A file that is being written lives under a temporary name in the same folder; only when every byte is
-on the disk does it take its real name. Whoever looks, at any moment, finds the old file or the new
-one and never half of one. A link is followed and stays a link; a pipe or a device is written to as it
-stands. What a command reads is protected while it runs (`protected`): no output replaces it.
+A file lives under a temporary name in the same folder until every byte is on the disk. Whoever
+looks, at any moment, finds the old file or the new one and never half of one. A link is followed
+and stays a link; a pipe or a device gets the bytes as they come. While a command runs, no output
+replaces what it reads (`protected`).
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 import contextlib
 import contextvars
+import csv
 import io
 import json
 import math
 import os
 from pathlib import Path
 import stat
-import struct
 import sys
 import tempfile
-import tokenize
 from typing import IO, Any
 import zipfile
-import zlib
 
 import numpy as np
 
-LARGEST = 1e9                                                    # of a number in a model or a data set
-LARGEST_FILE = 1 << 31                                           # bytes of one
+LARGEST = 1e9                                                # of a number in a model or a data set
+LARGEST_FILE = 1 << 31                                       # bytes of one
 _protected: contextvars.ContextVar[dict] = contextvars.ContextVar("protected", default={})
 
 
@@ -35,7 +33,7 @@ class OutputError(ValueError):
 
 
 class FormatError(ValueError):
-    """A file that is not of the format asked for; the message names the file, what was found and what was needed."""
+    """A file of another format than the one asked for."""
 
 
 @contextlib.contextmanager
@@ -49,7 +47,7 @@ def protected(inputs: Iterable[str | Path]) -> Iterator[None]:
 
 
 def identity(path: str | Path) -> tuple:
-    """What two names of one file have in common: device and number of the file, or where it would stand."""
+    """What all names of one file share: its device and number, or the place where it would be."""
     try:
         found = os.stat(path)
         return (found.st_dev, found.st_ino)
@@ -60,16 +58,16 @@ def identity(path: str | Path) -> tuple:
 def check_outputs(outputs: Mapping[str, str | Path], inputs: Mapping[str, str | Path]) -> None:
     """Refuse outputs that are an input or each other, and those that cannot be written.
 
-    outputs, inputs : {the word on the command line: path}.   Raises OutputError, OSError.
-    A pipe or a device may be named twice.
+    outputs, inputs : {the word on the command line: path}
+    Raises OutputError, OSError. A pipe or a device may be named twice.
     """
     taken = {identity(path): (word, path) for word, path in inputs.items()}
     for word, path in outputs.items():
         check_writable(path)
         if is_special(path):
             continue
-        other, where = taken.get(identity(path), (None, None))
-        if other is not None:
+        if identity(path) in taken:
+            other, where = taken[identity(path)]
             raise OutputError(f"{path}: found one file for {word} and {other}"
                               + (f" ({where})" if str(where) != str(path) else "")
                               + ", needed another name for the output; nothing was written")
@@ -85,19 +83,17 @@ def check_writable(path: str | Path) -> None:
 
 
 def is_special(path: str | Path) -> bool:
-    """Whether something stands there that is no plain file: a pipe, a device, an open descriptor."""
-    if _descriptor(path) is not None:
-        return True                                              # what the shell opened, even if it is a file
+    """Whether no plain file stands there but a pipe, a device, or what the shell has opened."""
     try:
-        return not stat.S_ISREG(os.stat(path).st_mode)
+        return _descriptor(path) is not None or not stat.S_ISREG(os.stat(path).st_mode)
     except OSError:
         return False
 
 
 def _descriptor(path):
-    """The number of the open descriptor that a path like /dev/stdout or a link to it means, or None."""
+    """The number of the open descriptor that a path like /dev/stdout, or a link to it, means."""
     step = os.path.abspath(path)
-    for _ in range(40):
+    for _ in range(40):                                      # links one after another, as in Linux
         if step in ("/dev/stdout", "/dev/stderr"):
             return 1 + (step == "/dev/stderr")
         folder, name = os.path.split(step)
@@ -117,19 +113,20 @@ def _target(path):
     if is_special(path):
         return path
     target = Path(os.path.realpath(path))
+    folder = f"the folder {target.parent} of {path.name}"
     if target.is_symlink():
         raise FileNotFoundError(f"{path} is a link that leads round in a circle")
     if not target.parent.is_dir():
-        raise FileNotFoundError(f"the folder {target.parent} of {path.name} does not exist; make it first")
+        raise FileNotFoundError(f"{folder} does not exist; make it first")
     if target.exists() and not os.access(target, os.W_OK):
         raise PermissionError(f"{path} may only be read; name another file to write")
     if not os.access(target.parent, os.W_OK | os.X_OK):
-        raise PermissionError(f"the folder {target.parent} of {path.name} may not be written to")
+        raise PermissionError(f"{folder} may not be written to")
     return target
 
 
 @contextlib.contextmanager
-def named(path: str | Path) -> Iterator[None]:
+def _named(path):
     """An OSError from inside the block says the file's name, not a temporary one or none."""
     try:
         yield
@@ -143,8 +140,7 @@ def named(path: str | Path) -> Iterator[None]:
 def atomic_write(path: str | Path, mode: str = "w") -> Iterator[IO]:
     """Open a file for writing that appears under `path` only when the block ends without an error.
 
-    mode : "w" (text, UTF-8, newlines as given) or "wb" (bytes). A link stays and its target is
-    written; a pipe or a device gets the bytes as they come.
+    mode : "w" (text, UTF-8, newlines as given) or "wb" (bytes)
     Raises OSError when the folder is missing, is not writable or the disk is full, OutputError when
     a command would replace what it reads; `path` is then untouched.
     """
@@ -152,22 +148,24 @@ def atomic_write(path: str | Path, mode: str = "w") -> Iterator[IO]:
     text: dict[str, Any] = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
     if is_special(path):
         number = _descriptor(path)
-        if number is not None:                                   # at the place where what was printed before ends
+        if number is not None:                               # what was printed before comes first
             sys.stdout.flush()
-        with named(path), open(path if number is None else os.dup(number), mode, **text) as file:
+        with _named(path), open(path if number is None else os.dup(number), mode, **text) as file:
             yield file
         return
     if identity(target) in _protected.get():
-        raise OutputError(f"{path}: found an input of this command where an output would stand, needed "
-                          "another name for the output; nothing was written there")
-    with named(path):
-        handle, temporary = tempfile.mkstemp(prefix=f".{target.name[:40]}.", suffix=".part", dir=target.parent)
+        raise OutputError(f"{path}: found an input of this command where an output would stand, "
+                          "needed another name for the output; nothing was written there")
+    with _named(path):
+        handle, temporary = tempfile.mkstemp(".part", f".{target.name[:40]}.", target.parent)
         try:
             with os.fdopen(handle, mode, **text) as file:
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
-            os.chmod(temporary, _permissions(target))
+            os.umask(mask := os.umask(0))                    # it cannot be read without being set
+            usual = 0o666 & ~mask
+            os.chmod(temporary, stat.S_IMODE(target.stat().st_mode) if target.exists() else usual)
             os.replace(temporary, target)
         except BaseException:
             with contextlib.suppress(OSError):
@@ -175,52 +173,52 @@ def atomic_write(path: str | Path, mode: str = "w") -> Iterator[IO]:
             raise
 
 
-def _permissions(path):
-    """The mode a plain open() would have given: that of the file being replaced, or the process's default."""
-    if path.exists():
-        return path.stat().st_mode & 0o7777
-    mask = os.umask(0)
-    os.umask(mask)
-    return 0o666 & ~mask
-
-
 def set_aside(path: str | Path) -> Path | None:
-    """Give a file that is there another name, the first free one of PATH.1, PATH.2 ...
-
-    ->  the new name, None where there was no file
-    """
-    path = Path(path)
+    """Give a file the first free name of PATH.1, PATH.2 ... and return it; None without a file."""
+    path, number = Path(path), 1
     if not os.path.lexists(path):
         return None
-    number = 1
     while os.path.lexists(f"{path}.{number}"):
         number += 1
-    os.rename(path, f"{path}.{number}")
-    return Path(f"{path}.{number}")
+    return path.rename(f"{path}.{number}")
+
+
+def read_table(path: str | Path, layout: str, refusal: type[ValueError]) -> list[list[str]]:
+    """A small CSV file as lists of stripped cells, one a line.   Raises `refusal`, OSError."""
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            return [[cell.strip() for cell in row] for row in csv.reader(file)]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise refusal(f"{path}: found {error}, needed UTF-8 text with {layout}") from None
 
 
 def save_npz(path: str | Path, format_name: str, version: int, arrays: Mapping[str, Any],
              facts: Mapping[str, Any]) -> None:
-    """Write named arrays and plain facts (numbers, words, lists) as one `.npz` file, whole or not at all.
+    """Write named arrays and plain facts (numbers, words, lists) as one `.npz` file.
 
-    The same content gives the same bytes. Nothing in it is pickled, so that reading it can run no code.
+    The same content gives the same bytes. Nothing is pickled, so that reading can run no code.
+
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     save_npz(f"{folder}/walk", "walk", 1, {"feet": [0.0, 1.0]}, {"leg": 80.0})
+    ...     load_npz(f"{folder}/walk", "walk", 1, ["feet"], {"leg": float})
+    ({'feet': array([0., 1.])}, {'leg': 80.0})
     """
     header = json.dumps({"format": format_name, "version": version, "facts": facts}, sort_keys=True)
-    archive = io.BytesIO()                                       # a pipe or a device cannot be gone back in
-    np.savez(archive, header=np.array(header),
-             **{name: np.asarray(array, order="C") for name, array in arrays.items()})
+    members: Any = {name: np.asarray(array, order="C") for name, array in arrays.items()}
+    archive = io.BytesIO()                                   # a pipe cannot be gone back in
+    np.savez(archive, header=np.array(header), **members)
     with atomic_write(path, "wb") as file:
         file.write(archive.getbuffer())
 
 
 def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[str],
-             facts: Mapping[str, type] | tuple = ()) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Read what `save_npz` wrote, and nothing else.
+             facts: Mapping[str, type] | tuple = ()) -> tuple[dict[str, np.ndarray], dict]:
+    """Read what `save_npz` wrote, and nothing else: nothing is unpickled or decompressed.
 
-    needed : names of the arrays that must be there;  facts : {name: type} of the facts that must
+    needed : names of the arrays that must be there
+    facts : {name: type} of the facts that must be there
     ->  ({name: array}, facts)
-    Raises FormatError (foreign, truncated, tampered with, of another format or version, something
-    missing) or OSError. Memory grows with the file alone: nothing is unpickled or decompressed.
+    Raises FormatError (foreign, damaged, of another version, something missing) or OSError.
     """
     kind, data = f"a refimpl {format_name} file", read_bytes(path, LARGEST_FILE)
     try:
@@ -229,19 +227,18 @@ def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[
     except KeyError:
         raise FormatError(f"{path}: found a file without a refimpl header, needed {kind}") from None
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{path}: found something else or a damaged file ({_first_line(error)}), "
+        raise FormatError(f"{path}: found something else or a damaged file ({error}), "
                           f"needed {kind}") from None
     if not isinstance(header, dict) or header.get("format") != format_name:
         found = header.get("format") if isinstance(header, dict) else type(header).__name__
         raise FormatError(f"{path}: found a refimpl {str(found)[:40]} file, needed {kind}")
     if header.get("version") != version:
-        raise FormatError(f"{path}: found version {str(header.get('version'))[:20]} of the {format_name} "
-                          f"format, needed version {version}; was it written by another release? Make it "
-                          "again with this one")
-    told = header.get("facts")
+        raise FormatError(f"{path}: found version {str(header.get('version'))[:20]} of the "
+                          f"{format_name} format, needed version {version}; was it written by "
+                          "another release? Make it again with this one")
+    told = header["facts"] if isinstance(header.get("facts"), dict) else {}
     missing = [name for name in needed if name not in arrays]
-    missing += [name for name, kind_of_fact in dict(facts).items()
-                if not isinstance(told, dict) or not _is_fact(told.get(name), kind_of_fact)]
+    missing += [name for name, want in dict(facts).items() if not _is_fact(told.get(name), want)]
     if missing:
         raise FormatError(f"{path}: found no {', '.join(missing)} of the right kind, needed "
                           f"{', '.join([*needed, *dict(facts)])}")
@@ -249,7 +246,7 @@ def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[
 
 
 def read_bytes(path: str | Path, most: int) -> bytes:
-    """A file's bytes, or a pipe's.   Raises FormatError when there are more than `most`, OSError."""
+    """The bytes of a file or a pipe.   Raises FormatError for more than `most`, OSError."""
     data = bytearray()
     with open(path, "rb") as file:
         size = os.fstat(file.fileno()).st_size
@@ -257,17 +254,18 @@ def read_bytes(path: str | Path, most: int) -> bytes:
             data += piece
             size = max(size, len(data))
     if size > most:
-        raise FormatError(f"{path}: found more than {most} bytes, needed a file of at most that; is it one?")
+        raise FormatError(f"{path}: found more than {most} bytes, needed a file of at most that; "
+                          "is it one?")
     return bytes(data)
 
 
 def read_arrays(data: bytes, *, names: Iterable[str] | None = None,
                 most: int = 0) -> dict[str, np.ndarray]:
-    """The arrays of an `.npz` file's bytes, stored without compression.   ->  {name: array}
+    """The arrays of the bytes of an `.npz` file; one in Fortran order comes back in that order.
 
-    names : those that are wanted, where others may be there and are left unread;  most : bytes that a compressed member may have when it is decompressed; with 0 none may be
-    compressed. Raises ValueError for anything else, whatever is wrong with it. An array that lies in
-    Fortran order comes back in Fortran order.
+    names : those that are wanted, all unless given; the others are left unread
+    most : bytes that a compressed member may have once it is decompressed; 0 for none at all
+    Raises ValueError for anything else, whatever is wrong with it.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -277,14 +275,16 @@ def read_arrays(data: bytes, *, names: Iterable[str] | None = None,
             named = {info.filename.removesuffix(".npy"): info for info in members}
             return {name: _read_array(archive, info, most) for name, info in named.items()
                     if names is None or name in names}
-    except (ValueError, TypeError, SyntaxError, tokenize.TokenError, EOFError, RecursionError, KeyError,
-            IndexError, OverflowError, NotImplementedError, RuntimeError, struct.error,
-            zipfile.BadZipFile, zlib.error, MemoryError) as error:
-        raise ValueError(_first_line(error)) from None
+    except Exception as error:                               # zipfile and NumPy raise some 15 kinds
+        raise ValueError((str(error).splitlines() or [type(error).__name__])[0][:120]) from None
 
 
 def plausible(array: np.ndarray) -> bool:
-    """Whether all numbers are finite and of a size that motion or trained weights have; NaN is not."""
+    """Whether all numbers are finite and of a size that motion or trained weights have.
+
+    >>> plausible(np.array([1.0, -3e8])), plausible(np.array([np.nan]))
+    (True, False)
+    """
     return bool((np.abs(array) <= LARGEST).all())
 
 
@@ -292,29 +292,29 @@ def _is_fact(value, kind):
     """A finite number above 0 for float, else a value of that type; a list holds words."""
     if kind is float:
         return isinstance(value, float) and 0 < value < float("inf")
-    return isinstance(value, kind) and (kind is not list or all(isinstance(word, str) for word in value))
+    return isinstance(value, kind) and (kind is not list
+                                        or all(isinstance(word, str) for word in value))
 
 
 def _read_array(archive, info, most):
-    """One `.npy` member as long as its own header says, compressed up to `most` bytes.   ->  array"""
+    """One `.npy` member as long as its own header says, compressed up to `most` bytes."""
+    member_name = f"member {info.filename[:40]!r}"
     allowed = info.compress_type == zipfile.ZIP_STORED or (
         info.compress_type == zipfile.ZIP_DEFLATED and info.file_size <= most)
     if not allowed or not info.filename.endswith(".npy"):
-        raise ValueError(f"member {info.filename[:40]!r} is no plain .npy array")
+        raise ValueError(f"{member_name} is no plain .npy array")
     with archive.open(info) as member:
         version = np.lib.format.read_magic(member)
         read_header = {(1, 0): np.lib.format.read_array_header_1_0,
                        (2, 0): np.lib.format.read_array_header_2_0}.get(version)
         if read_header is None:
-            raise ValueError(f"member {info.filename[:40]!r} has an unknown .npy version")
+            raise ValueError(f"{member_name} has an unknown .npy version")
         shape, fortran, dtype = read_header(member)
-        if dtype.kind not in "fiubU" or math.prod(shape) * dtype.itemsize > info.file_size:
-            raise ValueError(f"member {info.filename[:40]!r} is no array of numbers, or shorter than it claims")
-        data = member.read(info.file_size + 1)                   # bounded, whatever it would expand to; its checksum is verified at the end
-    if len(data) != math.prod(shape) * dtype.itemsize:
-        raise ValueError(f"member {info.filename[:40]!r} is longer or shorter than it claims")
-    return np.frombuffer(data, dtype).reshape(shape, order="F" if fortran else "C").copy(order="K")
-
-
-def _first_line(error):
-    return (str(error).splitlines() or [type(error).__name__])[0][:120]
+        size = math.prod(shape) * dtype.itemsize
+        if dtype.kind not in "fiubU" or size > info.file_size:
+            raise ValueError(f"{member_name} is no array of numbers, or shorter than it claims")
+        data = member.read(info.file_size + 1)               # to the end: verifies the checksum
+    if len(data) != size:
+        raise ValueError(f"{member_name} is longer or shorter than it claims")
+    array = np.frombuffer(data, dtype).reshape(shape, order="F" if fortran else "C")
+    return array.copy(order="K")

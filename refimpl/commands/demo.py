@@ -1,7 +1,6 @@
 """`refimpl demo`: the whole system on the embedded motion, with narrow networks, in under a minute.
 """
 
-import json
 from pathlib import Path
 import time
 
@@ -22,8 +21,7 @@ from ..motion.dataset import assemble, save_dataset
 from ..motion.features import path_error, path_length
 from ..embedded.walkers import STYLES, make_database
 from ..motion.body import make_take
-from ..storage import atomic_write
-from .options import OutputFolder, there_already, whole
+from .options import OutputFolder, there_already, whole, write_json
 from .progress import Progress, epoch_line
 
 HIDDEN, CHANNELS = 64, 48
@@ -91,8 +89,7 @@ def run(arguments):
                      (*path_error(result.features, takes[content.name].features),
                       path_length(takes[content.name].features)),
                      time.perf_counter() - began)
-    with atomic_write(out / "report.json") as file:
-        json.dump(report, file, indent=1)
+    write_json(out / "report.json", report)
     for key, value in report["numbers"].items():
         print(f"     {key}: {value:.4g}")
     print(

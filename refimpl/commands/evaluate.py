@@ -1,6 +1,5 @@
 """`refimpl evaluate`: content, the results of 2016 and of 2017, and real takes, side by side."""
 
-import json
 from pathlib import Path
 import re
 
@@ -13,8 +12,8 @@ from ..motion.dataset import find_clips, load_dataset
 from ..motion.body import to_scale
 from ..motion.features import Start, decode
 from ..motion.body import read_take
-from ..storage import atomic_write
-from .options import InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole, write_report
+from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole,
+                      write_json, write_report)
 from .progress import Progress, table
 
 DESCRIPTION = """Stylise every clip that was kept out of training by every style network and by optimisation, write the results, read them again and measure them. The
@@ -97,11 +96,9 @@ def run(arguments):
                              network=network)
     effect = evaluate.projection_effect(contents[styles[0].name], styles[0], dataset.leg)
     _print(lines, by_style, speed, effect)
-    with atomic_write(arguments.out / "report.json") as file:
-        json.dump(
-            {
-                "summary": lines, "styles": by_style, "table 1": speed, "projection": effect,
-                "clips": rows, "judges": [c.name for c in chosen]}, file, indent=1)
+    write_json(arguments.out / "report.json",
+               {"summary": lines, "styles": by_style, "table 1": speed, "projection": effect,
+                "clips": rows, "judges": [c.name for c in chosen]})
     if arguments.json:
         told = {
             key: str(value) if isinstance(value, Path) else value

@@ -1,9 +1,11 @@
 """Kinds of option values: argparse types that refuse what makes no sense, and say what does."""
 
 import argparse
+from collections.abc import Callable
 import json
 import math
 import os
+from pathlib import Path
 import re
 from typing import Any
 
@@ -11,39 +13,45 @@ from .. import __version__
 from ..storage import atomic_write, is_special
 
 
-def whole(least, most=10 ** 9):
-    """A whole number from `least` to `most`.   ->  str -> int"""
-    def read(text):
-        if not text.isascii() or not text.isdigit() or len(
-                text) > 10 or not least <= int(text) <= most:
+def whole(least: int, most: int = 10 ** 9) -> Callable[[str], int]:
+    """An argparse type: a whole number from `least` to `most`.
+
+    >>> whole(1)("12")
+    12
+    """
+    def read(text: str) -> int:
+        if not re.fullmatch("[0-9]{1,10}", text) or not least <= int(text) <= most:
             raise argparse.ArgumentTypeError(
                 f"found {text!r}, needed a whole number from {least} on")
         return int(text)
     return read
 
 
-def number(*, least=None, above=None, below=None):
-    """A finite number within the bounds that are given.   ->  str -> float"""
-    bounds = [
-        word.format(bound)
-        for word, bound in (("from {:g} on", least), ("above {:g}", above), ("below {:g}", below))
-        if bound is not None]
+def number(*, least: float | None = None, above: float | None = None,
+           below: float | None = None) -> Callable[[str], float]:
+    """An argparse type: a finite number within the bounds that are given.
 
-    def read(text):
+    >>> number(least=0, below=1)("0.15")
+    0.15
+    """
+    given = (("from {:g} on", least), ("above {:g}", above), ("below {:g}", below))
+    bounds = " and ".join(word.format(bound) for word, bound in given if bound is not None)
+
+    def read(text: str) -> float:
         try:
             value = float(text)
         except ValueError:
             value = math.nan
-        if not math.isfinite(value) or (least is not None and value < least) or (
-                above is not None and value <= above) or (below is not None and value >= below):
-            raise argparse.ArgumentTypeError(
-                f"found {text!r}, needed a number {' and '.join(bounds)}")
+        if (not math.isfinite(value) or (least is not None and value < least)
+                or (above is not None and value <= above)
+                or (below is not None and value >= below)):
+            raise argparse.ArgumentTypeError(f"found {text!r}, needed a number {bounds}")
         return value
     return read
 
 
 def pattern(text: str) -> str:
-    """A regular expression."""
+    """An argparse type: a regular expression."""
     try:
         re.compile(text)
     except re.error as error:
@@ -73,11 +81,12 @@ def files_of(arguments: argparse.Namespace) -> tuple[dict[str, str], dict[str, s
 
     ->  inputs, outputs as {word: path}, with what a command's `also_reads` and `also_writes` add
     """
-    inputs, outputs = {}, {}
+    inputs: dict[str, str] = {}
+    outputs: dict[str, str] = {}
     for name, value in vars(arguments).items():
         word = f"--{name.replace('_', '-')}"
-        for number, item in enumerate(value if isinstance(value, list) else [value]):
-            key = word if not isinstance(value, list) else f"{word} {number + 1}"
+        for place, item in enumerate(value if isinstance(value, list) else [value], start=1):
+            key = f"{word} {place}" if isinstance(value, list) else word
             if isinstance(item, InputPath):
                 inputs[key] = item
             elif isinstance(item, OutputPath):
@@ -92,8 +101,8 @@ def files_of(arguments: argparse.Namespace) -> tuple[dict[str, str], dict[str, s
 def there_already(folder: str, names: list[str]) -> dict[str, str]:
     """Files of these names that stand in a folder already, for `also_writes`.   ->  {word: path}"""
     paths = {name: os.path.join(folder, name) for name in names}
-    return {
-        f"the {name} in {folder}": path for name, path in paths.items() if os.path.lexists(path)}
+    return {f"the {name} in {folder}": path for name, path in paths.items()
+            if os.path.lexists(path)}
 
 
 def check_ending(path: str, ending: str) -> None:
@@ -104,11 +113,15 @@ def check_ending(path: str, ending: str) -> None:
             f"that is what is written; try {path}{ending}")
 
 
-def write_report(path: str, command: str, settings: dict[str, Any], rows: list[dict],
-                 **more: Any) -> None:
-    """One JSON object: command, version, settings, rows (flat) and what else is told."""
-    content = {
-        "command": command, "version": __version__, "settings": settings, "rows": rows, **more}
+def write_json(path: str | Path, content: Any) -> None:
+    """Write a value as JSON text, one item a line, whole or not at all."""
     with atomic_write(path) as file:
         json.dump(content, file, indent=1)
         file.write("\n")
+
+
+def write_report(path: str, command: str, settings: dict[str, Any], rows: list[dict],
+                 **more: Any) -> None:
+    """One JSON object: command, version, settings, rows (flat) and what else is told."""
+    write_json(path, {"command": command, "version": __version__, "settings": settings,
+                      "rows": rows, **more})

@@ -1,5 +1,6 @@
 """What is printed: safe for a terminal, and no failure when nobody reads on."""
 
+from collections.abc import Iterator
 import contextlib
 import sys
 from typing import TextIO
@@ -13,12 +14,13 @@ class Terminal:
     dropped and the command goes on to its end and its exit status.
     """
 
-    def __init__(self, stream: TextIO):
+    def __init__(self, stream: TextIO) -> None:
         self.stream, self.gone = stream, False
 
     def write(self, text: str) -> int:
         """Write it, or drop it when nobody reads."""
-        safe = "".join(c if c in "\n\t\r" or c.isprintable() else _escaped(c) for c in text)
+        safe = "".join(c if c in "\n\t\r" or c.isprintable()
+                       else c.encode("unicode_escape").decode() for c in text)
         encoding = getattr(self.stream, "encoding", None) or "utf-8"
         safe = safe.encode(encoding, "backslashreplace").decode(encoding)
         self._unless_gone(lambda: self.stream.write(safe))
@@ -39,17 +41,12 @@ class Terminal:
         return getattr(self.stream, name)
 
 
-def _escaped(character):
-    return character if character == " " else character.encode("unicode_escape").decode()
-
-
 @contextlib.contextmanager
-def safe_streams():
-    """Standard output and error as `Terminal`s while the block runs.   yields the one for output"""
+def safe_streams() -> Iterator[Terminal]:
+    """Standard output and error as `Terminal`s while the block runs; yields the one for output."""
     out, err = Terminal(sys.stdout), Terminal(sys.stderr)
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         yield out
-    # or Python complains once more as it ends
-    if out.gone:
+    if out.gone:                                                 # or Python complains as it ends
         with contextlib.suppress(OSError, ValueError):
             sys.stdout.close()

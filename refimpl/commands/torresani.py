@@ -1,6 +1,5 @@
 """`refimpl segment`, `refimpl synthesise`, `refimpl experiment torresani`: the 2006 system."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +17,8 @@ from ..torresani2006.regress import MODELS
 from ..torresani2006.segment import segment
 from ..torresani2006.synthesise import LOOKS, NEIGHBOURS, check_style, contents_of, observed_style, synthesise
 from . import code_2016, holden
-from .options import InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole
+from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole,
+                      write_json)
 from .progress import Progress, table
 
 POLES = ("bound -3 .. free 3", "light -3 .. strong 3", "sustained -3 .. sudden 3")
@@ -231,8 +231,7 @@ def run_experiment(arguments):
             f"of the result {_style(squares['seen'])}")
         report["synthesis"][f"looks {looks}"] = {
             "nearer": float(seen["nearer"]), **{part: x.tolist() for part, x in squares.items()}}
-    with atomic_write(arguments.out / "report.json") as file:
-        json.dump(report, file, indent=1)
+    write_json(arguments.out / "report.json", report)
     write_bvh(arguments.out / "phrase.bvh", performers.perform(tuple(performers.ACTIONS), 99).clip)
     print(
         f"{arguments.out}: table_1.csv, figure_1.csv, figure_1_1.png to _3.png, report.json, and "

@@ -5,7 +5,6 @@ network a style.
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import replace
-import json
 from pathlib import Path
 
 import numpy as np
@@ -25,8 +24,8 @@ from ..holden2017.objective import EQUATION_10, WEIGHED, WEIGHTS, Weights
 from ..holden2017.train import AUTOENCODER_RATE, BATCH, RATE, train_autoencoder, train_style
 from ..motion.dataset import load_dataset
 from ..motion.windows import FORMS
-from ..storage import atomic_write, set_aside
-from .options import InputPath, OutputPath, number, whole
+from ..storage import set_aside
+from .options import InputPath, OutputPath, number, whole, write_json
 from .progress import Progress, epoch_line, table
 
 
@@ -192,8 +191,7 @@ def run_style(arguments):
     for line in table(_distance_rows(measured)):
         print(line)
     if arguments.report:
-        with atomic_write(arguments.report) as file:
-            json.dump({"style": arguments.style, "clips": measured}, file, indent=1)
+        write_json(arguments.report, {"style": arguments.style, "clips": measured})
     print(f"{arguments.output}: style {arguments.style!r} for {', '.join(exemplars)}")
 
 

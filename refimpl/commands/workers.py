@@ -1,5 +1,6 @@
 """Processes that work for a command and end with it."""
 
+from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 import contextlib
 import multiprocessing
@@ -9,10 +10,10 @@ import threading
 
 
 @contextlib.contextmanager
-def workers(count: int):
-    """An executor of `count` processes, None for one.   yields Executor or None
+def workers(count: int) -> Iterator[Executor | None]:
+    """Yields an executor of `count` processes, or None for one.
 
-    When the command is stopped what was not begun is dropped; a worker whose parent has gone,
+    When the command is stopped, what was not begun is dropped; a worker whose parent has gone,
     however it went, ends by itself.
     """
     if count == 1:

@@ -20,23 +20,33 @@ from ..holden2017.trained import Manifold
 from ..holden2017.transfer import Stylised, onto_skeleton
 from ..motion import features as f66
 from ..motion.dataset import Labelled
-from ..motion.joints import BONES, HEELS, LEGS, TOES
-from ..motion.windows import Normaliser as Normaliser66
 from ..motion.body import Take
+from ..motion.joints import BONES, HEELS, LEGS, SLOT, TOES
+from ..motion.windows import Normaliser as Normaliser66
 from . import losses, rows, search
 from .files import check_unit, read_network, read_preprocess
 from .network import Params, decode, encode
 from .rows import ORDER, SIGN
 
 SOURCE = "the network of 2016"
+# Thighs and shins among BONES, where a bone is named by its lower joint and the hips have none.
+_LEG_BONES = [joint - 1 for _, knee, heel, _ in LEGS for joint in (knee, heel)]
 
 
 def to_rows(features: np.ndarray, contacts: np.ndarray | None = None,
             mean: np.ndarray | None = None) -> np.ndarray:
     """The 66 numbers as 73, in their own unit.
 
-    features : (T, 66);  contacts : (T, 4), or None for their mean;  mean : (73,) of the normaliser,
-    0.5 for contacts unless given   ->  (T, 73)
+    features : (T, 66)
+    contacts : (T, 4), or None for their mean
+    mean : (73,) of the normaliser, 0.5 for contacts unless given
+    ->  (T, 73)
+
+    >>> made = to_rows(np.full((2, 66), 3.0))
+    >>> made[0, 66:].tolist()
+    [3.0, 3.0, -3.0, 0.5, 0.5, 0.5, 0.5]
+    >>> bool((to_features(made) == 3.0).all())
+    True
     """
     made = np.zeros((len(features), rows.NUMBERS))
     made[:, ORDER] = features * SIGN
@@ -58,7 +68,8 @@ def standing_hips(positions: np.ndarray) -> float:
     """
     heights = positions[..., 1]
     ankle = heights[:, HEELS].min() - heights[:, TOES].min()
-    hips = np.median(heights[:, 0] - heights[:, [leg[0] for leg in LEGS]].mean(axis=1))
+    hips = np.median(heights[:, SLOT["Hips"]]
+                     - heights[:, [upper_leg for upper_leg, *_ in LEGS]].mean(axis=1))
     return float(max(ankle, 0.0) + f66.leg_length(positions) + max(hips, 0.0))
 
 
@@ -77,8 +88,7 @@ class Network:
     params: Params = field(repr=False)
     normaliser: rows.Normaliser = field(repr=False)
 
-    # of a body whose hips stand at 17.00
-    leg = rows.HIPS_HEIGHT / rows.HIPS_PER_LEG
+    leg = rows.HIPS_HEIGHT / rows.HIPS_PER_LEG                   # where hips stand at 17.00
 
     @property
     def bones(self) -> np.ndarray:
@@ -91,9 +101,10 @@ class Network:
         mean = self.normaliser.mean[rows.POSITIONS].reshape(-1, 3)
         for number, (ours, theirs) in enumerate(zip(BONES, losses.BONES)):
             if ours != theirs:
-                lengths[number] *= (np.linalg.norm(mean[ours[1]] - mean[ours[0]])
-                                    / max(np.linalg.norm(mean[theirs[1]] - mean[theirs[0]]), 1e-9))
-        return lengths * (self.leg / (lengths[[1, 2, 5, 6]].sum() / 2))
+                own, coded = (float(np.linalg.norm(mean[joint] - mean[parent]))
+                              for parent, joint in (ours, theirs))
+                lengths[number] *= own / max(coded, 1e-9)
+        return lengths * (self.leg / (lengths[_LEG_BONES].sum() / 2))
 
     def rows_of(self, take: Take) -> np.ndarray:
         """A take as the code's own rows, on the code's scale.   ->  (T - 1, 73)"""
@@ -131,14 +142,12 @@ class Network:
         """
         p, normaliser = self.params, self.normaliser
         sign = SIGN.astype(p["We"].dtype)
-        # (m, 66, K)
-        decoder = (p["Wd"][ORDER] * sign[:, None, None])[:, :, ::-1].swapaxes(0, 1)
+        decoder = (p["Wd"][ORDER] * sign[:, None, None])[:, :, ::-1].swapaxes(0, 1)  # (m, 66, K)
         params = {"W0": np.ascontiguousarray(p["We"][:, ORDER] * sign[:, None]), "b0": p["be"],
                   "V0": np.ascontiguousarray(decoder), "c0": p["bd"][ORDER] * sign}
-        return Manifold(
-            params,
-            Normaliser66(normaliser.mean[ORDER] * SIGN, normaliser.deviation[ORDER], SOURCE,
-                         "2016"), self.leg, self.bones)
+        normaliser66 = Normaliser66(normaliser.mean[ORDER] * SIGN, normaliser.deviation[ORDER],
+                                    SOURCE, "2016")
+        return Manifold(params, normaliser66, self.leg, self.bones)
 
 
 def read(network: str, preprocess: str) -> Network:
@@ -161,8 +170,8 @@ def training_windows(clips: Iterable[Labelled]) -> np.ndarray:
     if not clips:
         return np.zeros((0, rows.WINDOW, rows.NUMBERS))
     size = float(np.median([unit_of(f66.decode(c.features)) for c in clips]))
-    return np.concatenate([
-        rows.windows(to_rows(f66.scale(c.features, size), c.contacts)) for c in clips])
+    return np.concatenate([rows.windows(to_rows(f66.scale(c.features, size), c.contacts))
+                           for c in clips])
 
 
 def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = True,
@@ -176,25 +185,26 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
     rows, padded where it is shorter. The code's floor, under which it lets no foot go, comes to the
     take's; it lies up to 0.69 units above the content's lowest toe.
 
-    style : (T_s, 21, 3), points of a clip in the style at 60 frames a second, y up, in any unit;
-    clean : lock the feet (`transfer.onto_skeleton`), which the code does not;  seed : of the noise
-    ->  Stylised.   Raises ValueError.
+    style : (T_s, 21, 3), points of a clip in the style at 60 frames a second, y up, in any unit
+    clean : lock the feet (`transfer.onto_skeleton`), which the code does not
+    amount, iterations, constraint_iterations, watch : of `search.transfer`
+    seed : of the noise
+    Raises ValueError.
     """
     both = take.positions, style
     sizes = [unit_of(positions) for positions in both]
     content, wanted = (rows.encode(positions * size) for positions, size in zip(both, sizes))
     windows = rows.windows(wanted)
     if not len(windows):
-        raise ValueError(
-            f"style: found {len(wanted)} rows, needed more than {rows.SHORTEST} at 60 a second")
+        raise ValueError(f"style: found {len(wanted)} rows, needed more than {rows.SHORTEST} at 60 "
+                         "a second")
     content = search.even(content)
     start = search.noise(np.random.default_rng([seed, 4]), len(content))
     found = search.transfer(content, windows[0], network.params, network.normaliser, start=start,
                             amount=amount, iterations=iterations,
                             constraint_iterations=constraint_iterations, watch=watch)
     moved = to_features(found.result)
-    # a row leads to the next frame: the last has none
-    if len(moved) < len(take.features):
+    if len(moved) < len(take.features):                          # the last frame has no row
         moved = np.concatenate([moved, moved[-1:]])
     moved = f66.scale(moved[:len(take.features)], 1 / sizes[0])
     return onto_skeleton(take, moved, clean=clean)

@@ -1,8 +1,8 @@
 r"""What the searches of the 2016 code minimise (`constraints.py`, `demo_style_transfer.py`).
 
-All are *means*, where equations 7 to 9 of Holden 2017 have sums. Each gives one number for each
-clip, (N,); the code's own number is their mean over the clips. Motion is (N, 73, T), denormalised,
-in the code's unit.
+All are *means*, where equations 7 to 9 of Holden et al. 2017 have sums. Each gives one number for
+each clip, (N,); the code's own number is their mean over the clips. Motion is (N, 73, T),
+denormalised, in the code's unit.
 """
 
 import numpy as np
@@ -19,12 +19,16 @@ BONES = tuple((NECK if joint in (SLOT["LeftArm"], SLOT["RightArm"]) else parent,
 LENGTHS = np.array([2.40, 7.15, 7.49, 2.36, 2.37, 7.43, 7.50, 2.41, 2.04, 2.05,
                     1.75, 1.76, 2.90, 4.98, 3.48, 0.71, 2.73, 5.24, 3.44, 0.62])
 SCALE = 10.0                                                     # of the squares of feet and path
+HEIGHTS = [POSITIONS.start + 3 * foot + 1 for foot in FEET]      # the rows of the feet's y
 
 
 def as_66(motion: np.ndarray) -> np.ndarray:
     """The 66 numbers of 2017 among the 73: another order, and the turning with its sign.
 
     motion : (N, 73, T)  ->  (N, 66, T)
+
+    >>> as_66(np.arange(73.0).reshape(1, 73, 1))[0, -3:, 0].tolist()  # turn, forward, sideways
+    [-68.0, 67.0, 66.0]
     """
     return motion[:, ORDER] * SIGN[:, None].astype(motion.real.dtype)
 
@@ -45,7 +49,14 @@ def foot_loss(motion: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     with v of equation 7, means over 4 feet and T - 1 steps, whether planted or not, and heights y
     of frames 1 to T - 1. Equation 7 has no floor term.
 
-    motion : (N, 73, T), contacts : (N, 4, T) of 0 and 1, constants  ->  (N,)
+    motion : (N, 73, T)
+    contacts : (N, 4, T) of 0 and 1, constants
+    ->  (N,)
+
+    >>> below = np.zeros((1, 73, 5))
+    >>> below[:, POSITIONS] = -1.0
+    >>> foot_loss(below, np.zeros((1, 4, 5))).tolist()
+    [2.5]
     """
     below = np.minimum(_heights(motion), 0)
     return _share(motion) * (losses.foot_loss(as_66(motion), contacts) + nn.sum_squares(below))
@@ -56,13 +67,19 @@ def foot_loss_backward(dloss: np.ndarray, motion: np.ndarray, contacts: np.ndarr
     dloss = _share(motion) * dloss
     dmotion = as_66_backward(losses.foot_loss_backward(dloss, as_66(motion), contacts), motion)
     below = np.minimum(_heights(motion), 0)
-    dmotion[:, _height_rows(), 1:] += nn.sum_squares_backward(dloss, below)
+    dmotion[:, HEIGHTS, 1:] += nn.sum_squares_backward(dloss, below)
     return dmotion
 
 
 def bone_loss(motion: np.ndarray) -> np.ndarray:
     r"""1 / (20 T) sum over bones and frames of (|p_j1 - p_j2| - length)^2, with the code's own 20
-    lengths and both arms at the neck.   motion : (N, 73, T)  ->  (N,)"""
+    lengths and both arms at the neck.
+
+    motion : (N, 73, T)  ->  (N,)
+
+    >>> bone_loss(np.zeros((1, 73, 5))).round(3).tolist()            # the mean squared length
+    [17.445]
+    """
     return losses.bone_loss(as_66(motion), LENGTHS, bones=BONES) / (len(BONES) * motion.shape[2])
 
 
@@ -77,6 +94,9 @@ def trajectory_loss(motion: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     r"""10 mean (rows 66 to 68 - wanted)^2: a squared radian counts one squared unit.
 
     motion : (N, 73, T), wanted : (N, 3, T)  ->  (N,)
+
+    >>> trajectory_loss(np.zeros((1, 73, 5)), np.ones((1, 3, 5))).tolist()
+    [10.0]
     """
     return SCALE * nn.mean_squares(motion[:, TRAJECTORY] - wanted)
 
@@ -91,7 +111,11 @@ def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray,
 
 def constraint_loss(motion: np.ndarray, contacts: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """(feet + bones + path) / 3.
+
     motion : (N, 73, T), contacts : (N, 4, T), wanted : (N, 3, T)  ->  (N,)
+
+    >>> constraint_loss(np.zeros((1, 73, 5)), np.zeros((1, 4, 5)), np.ones((1, 3, 5))).round(3)
+    array([9.148])
     """
     return (foot_loss(motion, contacts) + bone_loss(motion) + trajectory_loss(motion, wanted)) / 3
 
@@ -114,6 +138,10 @@ def search_loss(H: np.ndarray, content: np.ndarray, gram: np.ndarray, *,
     long it asks for half the energy a frame.
 
     H, content : (N, m, U), gram : (N, m, m)  ->  (N,)
+
+    >>> H = np.zeros((1, 2, 5))
+    >>> search_loss(H, content=H + 1, gram=np.zeros((1, 2, 2)), amount=0.25).tolist()
+    [0.8]
     """
     s, c = amount / (1 + amount), 1 / (1 + amount)
     return (losses.style_loss(gram, H, s=s, reading="mean_squares")
@@ -128,13 +156,9 @@ def search_loss_backward(dloss: np.ndarray, H: np.ndarray, content: np.ndarray, 
             + losses.content_loss_backward(dloss, content, H, c=c, reading="mean_squares")[1])
 
 
-def _height_rows():
-    return [POSITIONS.start + 3 * foot + 1 for foot in FEET]
-
-
 def _heights(motion):
     """Heights of the four foot joints in frames 1 to T - 1.   ->  (N, 4, T - 1)"""
-    return motion[:, _height_rows(), 1:]
+    return motion[:, HEIGHTS, 1:]
 
 
 def _share(motion):

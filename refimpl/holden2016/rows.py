@@ -1,12 +1,14 @@
 r"""The 73 numbers of a frame of the 2016 code, its windows and its normaliser (`export.py`,
 `train.py`).
 
-| slice       | numbers | meaning                                                                    |
-| ----------- | ------- | -------------------------------------------------------------------------- |
-| `POINTS`    | 0..65   | 22 points x (x, y, z) in the character's frame: the reference joint, which is always 0, then the 21 joints |
-| `VELOCITY`  | 66, 67  | of the root, x (to the left) and z (forward), seen from the frame it leads to |
-| `TURN`      | 68      | **minus** the turning from this frame to the next, in radians              |
-| `CONTACTS`  | 69..72  | 1 where a foot is planted: left heel, left toe, right heel, right toe      |
+| slice      | numbers | meaning                                                                 |
+| ---------- | ------- | ----------------------------------------------------------------------- |
+| `POINTS`   | 0..65   | 22 points (x, y, z) in the character's frame: the reference joint,      |
+|            |         | which is always 0, then the 21 joints                                   |
+| `VELOCITY` | 66, 67  | of the root, x (to the left) and z (forward), seen from the frame that  |
+|            |         | it leads to                                                             |
+| `TURN`     | 68      | **minus** the turning from this frame to the next, in radians           |
+| `CONTACTS` | 69..72  | 1 where a foot is planted: left heel, left toe, right heel, right toe   |
 
 Lengths are in the code's unit, of which a leg has 14.8 and the hips 17.00 above the floor: 5.4 cm.
 A clip of n frames gives n - 1 rows, since a row leads to the next frame. `features` has the 66
@@ -19,7 +21,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ..motion.bvh import read_bvh
-from ..motion.features import FACING_SIGMA, root_path
+from ..motion.features import FACING_SIGMA, FPS, root_path
 from ..motion.joints import FEET, JOINTS, SLOT, TOES, map_joints
 from ..motion.rotation import yaw_rotation
 from ..motion.skeleton import clip_at, forward_kinematics, local_pose
@@ -29,8 +31,7 @@ POSITIONS = slice(3, 3 + 3 * JOINTS)                             # of the 21 joi
 POINTS = slice(0, POSITIONS.stop)
 VELOCITY = slice(POINTS.stop, POINTS.stop + 2)
 TURN = VELOCITY.stop
-# velocity x, z and minus the turning
-TRAJECTORY = slice(VELOCITY.start, TURN + 1)
+TRAJECTORY = slice(VELOCITY.start, TURN + 1)                     # velocity and turning
 CONTACTS = slice(TRAJECTORY.stop, TRAJECTORY.stop + 4)
 NUMBERS = CONTACTS.stop
 # Which of the 73 each of the 66 numbers of 2017 is, and its sign.
@@ -38,13 +39,11 @@ ORDER = np.concatenate([np.arange(POSITIONS.start, POSITIONS.stop),
                         [TURN, VELOCITY.start + 1, VELOCITY.start]])
 SIGN = np.where(ORDER == TURN, -1.0, 1.0)
 
-WINDOW, STEP, SHORTEST = 240, 120, 30
-# squared units a frame; units above the floor
-SLOW, HEEL_HEIGHT, TOE_HEIGHT = 0.05, 3.0, 2.0
-FEET_SHARE = 0.9                                                 # of the others' deviation
-# over the floor: the code's unit, by its authors' normaliser
-HIPS_HEIGHT = 17.0
-# standing hips over thigh + shin, on bodies as different as an actor's and a made one
+WINDOW, STEP, SHORTEST = 240, 120, 30                            # frames
+SLOW, HEEL_HEIGHT, TOE_HEIGHT = 0.05, 3.0, 2.0                   # units^2/frame^2; above the floor
+SHARE = 0.9                                                      # of deviations, `fit_normaliser`
+HIPS_HEIGHT = 17.0                                               # mean of its authors' normaliser
+# Standing hips over thigh + shin, on bodies as different as an actor's and a made one.
 HIPS_PER_LEG = 1.12
 
 
@@ -52,16 +51,19 @@ def read_points(path: str, overrides: dict[str, str] | None = None) -> np.ndarra
     """The 21 joints of a BVH file in the world at 60 frames a second, in the file's unit.
 
     Of a file of 120 frames a second every second one is taken, as the code does with whatever it
-    gets; another rate is brought to 60 (a choice).   ->  (T, 21, 3)
+    gets; another rate is brought to 60 (a choice).
+
+    path : of the BVH file
+    overrides : {slot: joint name} of a mapping file
+    ->  (T, 21, 3)
     """
     clip = read_bvh(path)
-    pose = local_pose(clip)
-    if abs(clip.fps - 120) < 0.5:
-        pose = pose[0][::2], pose[1][::2]
+    if abs(clip.fps - 2 * FPS) < 0.5:
+        rotations, roots = (part[::2] for part in local_pose(clip))
     else:
-        pose = clip_at(clip, 60.0)
-    return map_joints(clip.joints, overrides, str(path)).positions(
-        *forward_kinematics(clip.parents, *pose))
+        rotations, roots = clip_at(clip, FPS)
+    mapping = map_joints(clip.joints, overrides, str(path))
+    return mapping.positions(*forward_kinematics(clip.parents, rotations, roots))
 
 
 def floor_height(positions: np.ndarray) -> float:
@@ -75,6 +77,9 @@ def floor_height(positions: np.ndarray) -> float:
     upper leg and the spine, never the lowest).
 
     positions : (T, 21, 3)  ->  height, in their unit
+
+    >>> round(floor_height(np.zeros((5, 21, 3))), 4)                 # - ln(3/2)
+    -0.4055
     """
     lower = positions[:, TOES, 1].min(axis=1)
     return float(lower.min() - np.log(0.5 + np.exp(lower.min() - lower.max())))
@@ -89,6 +94,11 @@ def facing(positions: np.ndarray) -> np.ndarray:
     `features.facing` makes forward of length 1 before it smooths: up to 1.5e-4 radians apart.
 
     positions : (T, 21, 3)  ->  (T, 2): x and z
+
+    >>> pose = np.zeros((1, 21, 3))
+    >>> pose[:, SLOT["LeftArm"], 0] = 18.0                           # its left at +x
+    >>> (facing(pose) + 0.0).tolist()
+    [[0.0, 1.0]]
     """
     across = (positions[:, SLOT["LeftArm"]] - positions[:, SLOT["RightArm"]]
               + positions[:, SLOT["LeftUpLeg"]] - positions[:, SLOT["RightUpLeg"]])
@@ -104,6 +114,9 @@ def foot_contacts(positions: np.ndarray, floor: float) -> np.ndarray:
         |p[t+1] - p[t]|^2 < 0.05   and   y[t] - floor < 3.0 (heel), 2.0 (toe)
 
     positions : (T, 21, 3)  ->  (T - 1, 4) bool
+
+    >>> foot_contacts(np.full((2, 21, 3), 2.5), floor=0.0).tolist()
+    [[True, False, True, False]]
     """
     feet = positions[:, FEET]
     speed2 = np.sum(np.diff(feet, axis=0) ** 2, axis=-1)
@@ -117,7 +130,11 @@ def encode(positions: np.ndarray) -> np.ndarray:
         p_local = Y(-yaw) (p - root),   v[t] = Y(-yaw[t+1]) (root[t+1] - root[t]),
         row 68 = -(yaw[t+1] - yaw[t])
 
-    positions : (T, 21, 3) in the code's unit, y up  ->  (T - 1, 73).   Raises ValueError.
+    positions : (T, 21, 3) in the code's unit, y up  ->  (T - 1, 73)
+    Raises ValueError.
+
+    >>> encode(np.random.default_rng(0).normal(size=(5, 21, 3))).shape
+    (4, 73)
     """
     positions = np.asarray(positions, dtype=float)
     if positions.ndim != 3 or positions.shape[1:] != (JOINTS, 3) or len(positions) < 2:
@@ -144,6 +161,11 @@ def decode(rows: np.ndarray) -> np.ndarray:
 
     rows : (T, 73)  ->  (T, 22, 3): the reference joint, which is the smoothed root on the floor,
     and 21 joints
+
+    >>> forward = np.zeros((3, NUMBERS))
+    >>> forward[:, VELOCITY] = [0.0, 2.0]
+    >>> decode(forward)[:, 0, 2].tolist()
+    [0.0, 2.0, 4.0]
     """
     rows = np.asarray(rows, dtype=float)
     yaw = -np.concatenate([[0.0], np.cumsum(rows[:-1, TURN])])
@@ -163,6 +185,9 @@ def windows(rows: np.ndarray, length: int = WINDOW, step: int = STEP) -> np.ndar
     velocity (`motion.windows.windows` sets it to 0, and ends its last window with the clip).
 
     rows : (T, 73)  ->  (N, length, 73), N = 0 for 30 rows or fewer
+
+    >>> windows(np.zeros((300, NUMBERS))).shape
+    (3, 240, 73)
     """
     made = []
     for begin in range(0, len(rows) - SHORTEST, step):
@@ -181,6 +206,11 @@ class Normaliser:
     """What is subtracted from each of the 73 numbers and what it is divided by.
 
     mean, deviation : (73,)
+
+    >>> halves = Normaliser(np.zeros(NUMBERS), np.full(NUMBERS, 0.5))
+    >>> X = halves.apply(np.ones((4, NUMBERS)))
+    >>> X.shape, float(X[0, 0]), float(halves.undo(X)[0, 0])
+    ((73, 4), 2.0, 1.0)
     """
 
     mean: np.ndarray = field(repr=False)
@@ -196,28 +226,30 @@ class Normaliser:
 
 
 def fit_normaliser(windows: np.ndarray) -> Normaliser:
-    r"""Mean and deviation of the training windows (`train.py`).
+    r"""Mean and standard deviation of the training windows (`train.py`).
 
     Mean: of each number; velocities and turning 0, contacts 0.5. Deviation: of *all 73 numbers of
     all frames together* for positions, so that the distances between the joints count; 0.9 of it
     for the feet; 0.9 of that of the two velocities together; 0.9 of that of the turning; contacts
     0.5.
 
-    windows : (N, T, 73)  ->  Normaliser
+    windows : (N, T, 73)
+    Raises ValueError.
+
+    >>> fit_normaliser(np.ones((1, 4, NUMBERS))).mean[[POSITIONS.start, TURN, CONTACTS.start]]
+    array([1. , 0. , 0.5])
     """
     windows = np.asarray(windows, dtype=float)
     if windows.ndim != 3 or windows.shape[2] != NUMBERS or not windows.size:
-        raise ValueError(
-            f"windows: found shape {windows.shape}, needed (N, frames, {NUMBERS}) with at "
-            "least one window")
+        raise ValueError(f"windows: found shape {windows.shape}, needed (N, frames, {NUMBERS}) "
+                         "with at least one window")
     mean = windows.mean(axis=(0, 1))
     mean[TRAJECTORY], mean[CONTACTS] = 0.0, 0.5
     deviation = np.full(NUMBERS, windows.std())
     for foot in FEET:
-        deviation[POSITIONS.start + 3 * foot:POSITIONS.start + 3 * foot + 3] *= FEET_SHARE
-    deviation[VELOCITY] = 0.9 * windows[..., VELOCITY].std()
-    deviation[TURN] = 0.9 * windows[..., TURN].std()
+        deviation[POSITIONS.start + 3 * foot:POSITIONS.start + 3 * foot + 3] *= SHARE
+    deviation[VELOCITY] = SHARE * windows[..., VELOCITY].std()
+    deviation[TURN] = SHARE * windows[..., TURN].std()
     deviation[CONTACTS] = 0.5
-    # data that never moves or never turns (a choice)
-    still = deviation <= 0
+    still = deviation <= 0                                       # never moves or turns (a choice)
     return Normaliser(mean, np.where(still, deviation.max(), deviation))

@@ -39,8 +39,8 @@ Watch = Callable[[str, int, float], None]
 class Found:
     """What a transfer went through, rows (T, 73) in units.
 
-    result : with the tail;  after_style, before_tail : decoded after the first and after the second
-    search
+    result : with the tail
+    after_style, before_tail : decoded after the first and after the second search
     """
 
     result: np.ndarray = field(repr=False)
@@ -50,12 +50,22 @@ class Found:
 
 def join(windows: np.ndarray) -> np.ndarray:
     """The middles of successive windows, one after the other: since a window begins every 120 rows,
-    the clip goes on without a gap.   (N, 240, 73)  ->  (120 N, 73)"""
+    the clip goes on without a gap.
+
+    windows : (N, 240, 73)  ->  (120 N, 73)
+
+    >>> join(np.zeros((4, 240, 73))).shape
+    (480, 73)
+    """
     return np.concatenate(list(windows[:, KEPT]))
 
 
 def noise(rng: np.random.Generator, frames: int, numbers: int = NUMBERS) -> np.ndarray:
-    """What the search begins at.   ->  (1, 73, frames), uniform within sqrt(6 / (73 + frames))"""
+    """What the search begins at: uniform within sqrt(6 / (73 + frames)).   ->  (1, 73, frames)
+
+    >>> noise(np.random.default_rng(0), 240).shape
+    (1, 73, 240)
+    """
     bound = np.sqrt(6 / (numbers + frames))
     return rng.uniform(-bound, bound, (1, numbers, frames))
 
@@ -64,25 +74,37 @@ def tail(content: np.ndarray, found: np.ndarray) -> np.ndarray:
     """The content's last seven rows, walked as fast as the result walks.
 
     content, found : (T, 73)  ->  (T, 7)
+
+    >>> content, found = np.zeros((2, 4, 73))
+    >>> content[:, VELOCITY], found[:, VELOCITY] = [0.0, 2.0], [3.0, 0.0]
+    >>> tail(content, found)[0].tolist()
+    [0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     """
-    speeds = [float(np.linalg.norm(rows[:, VELOCITY], axis=1).mean()) for rows in (found, content)]
+    wanted, speed = (float(np.linalg.norm(rows[:, VELOCITY], axis=1).mean())
+                     for rows in (found, content))
     rows = content[:, TRAJECTORY.start:].copy()
-    # a content that stands (a choice)
-    rows[:, :2] *= speeds[0] / speeds[1] if speeds[1] > 0 else 1.0
+    rows[:, :2] *= wanted / speed if speed > 0 else 1.0          # a content may stand (a choice)
     return rows
 
 
-def minimise(H: np.ndarray, loss: Callable, backward: Callable, iterations: int, *,
-             rate: float | Callable[[int], float] = RATE, epsilon: float = EPSILON, watch: Watch | None = None,
-             name: str = "search") -> np.ndarray:
+def minimise(H: np.ndarray, loss: Callable | None, backward: Callable, iterations: int, *,
+             rate: float | Callable[[int], float] = RATE, epsilon: float = EPSILON,
+             watch: Watch | None = None, name: str = "search") -> np.ndarray:
     """Adam on hidden units (`constrain`, with an epsilon of its own).
 
-    H : (1, m, U);  loss : H -> (1,), asked only where somebody watches;  backward : H -> dH;
-    rate : a number, or what gives one for a step from 1 on   ->  H
+    H : (1, m, U)
+    loss : H -> (1,), for `watch` only
+    backward : H -> dH
+    rate : a number, or what gives one for a step from 1 on
+    watch : called with the name, the iteration and its loss
+    ->  H
+
+    >>> round(float(minimise(np.ones((1, 1, 1)), None, lambda H: H, 1)[0, 0, 0]), 4)
+    0.99
     """
     params, state = {"H": H}, nn.adam_start({"H": H})
     for iteration in range(iterations):
-        if watch:
+        if watch and loss:
             watch(name, iteration, float(loss(params["H"])[0]))
         params, state = nn.adam_step(params, {"H": backward(params["H"])}, state, epsilon=epsilon,
                                      rate=rate(iteration + 1) if callable(rate) else rate)
@@ -98,13 +120,19 @@ def decoded_motion(H: np.ndarray, params: Params, normaliser: Normaliser) -> np.
 
 def decoded_motion_backward(dmotion: np.ndarray, H: np.ndarray, params: Params,
                             normaliser: Normaliser) -> np.ndarray:
-    """dmotion : (N, 73, 2 U)  ->  dH (N, m, U), through units, filters and the depooling's halves"""
+    """dmotion : (N, 73, 2 U)  ->  dH (N, m, U)"""
     dD = nn.conv_transpose1d(dmotion * normaliser.deviation[:, None].astype(H.dtype), params["Wd"])
     return nn.avg_depool1d_backward(dD, H)
 
 
 def even(frames: np.ndarray) -> np.ndarray:
-    """Frames in an even number, the last one doubled, for the pooling.   (T, n)  ->  (T + T % 2, n)"""
+    """Frames in an even number, the last one doubled, for the pooling.
+
+    frames : (T, n)  ->  (T + T % 2, n)
+
+    >>> even(np.array([[1], [2], [3]])).ravel().tolist()
+    [1, 2, 3, 3]
+    """
     return np.concatenate([frames, frames[-1:]]) if len(frames) % 2 else frames
 
 
@@ -132,9 +160,12 @@ def transfer(content: np.ndarray, style: np.ndarray, params: Params, normaliser:
              watch: Watch | None = None) -> Found:
     """The whole script.
 
-    content : (T, 73), T even, and style : (T_s, 73), T_s even, rows in units;  params : of
-    `network`; start : (1, 73, T) of `noise`;  watch : called with the search's name, the iteration
-    and its loss ->  Found.   Raises ValueError.
+    content : (T, 73), T even, rows in units
+    style : (T_s, 73), T_s even, rows in units
+    params : of `network`
+    start : (1, 73, T) of `noise`
+    watch : called with the search's name, the iteration and its loss
+    Raises ValueError.
     """
     if start.shape != (1, NUMBERS, len(content)):
         raise ValueError(f"start: found shape {start.shape}, needed (1, {NUMBERS}, {len(content)})")
@@ -153,7 +184,7 @@ def transfer(content: np.ndarray, style: np.ndarray, params: Params, normaliser:
     after_style = normaliser.undo(X[0])
     last = tail(content, after_style)
     contacts = content[:, CONTACTS].T[None].astype(dtype)
-    wanted = last[:, :3].T[None].astype(dtype)
+    wanted = last[:, :CONTACTS.start - TRAJECTORY.start].T[None].astype(dtype)
     H = minimise(encode(X, params),
                  lambda H: constrained_loss(H, params, normaliser, contacts, wanted),
                  lambda H: constrained_loss_backward(one, H, params, normaliser, contacts, wanted),

@@ -22,18 +22,22 @@ def train(X: np.ndarray, *, epochs: int = EPOCHS, batch: int = 1, rate: float = 
           shuffle: bool = True, state: State | None = None) -> Iterator[tuple[Record, State]]:
     """Minimise `network.autoencoder_loss` over windows.
 
-    X : (N, 73, T) normalised, T even;  chance : False without dropout and with depooling by halves;
-    shuffle : False for the windows in their order;  state : to go on from, or to begin at
+    X : (N, 73, T) normalised, T even
+    batch : windows a step
+    rate : Adam's learning rate
+    hidden, width : hidden units and width of the filters
+    chance : False for neither dropout nor depooling by chance
+    shuffle : False for the windows in their order
+    state : to go on from, or to begin at
     ->  yields (Record, State) after each epoch; an epoch's chances depend on seed and epoch alone
     Raises ValueError, TrainingError when the loss is no longer finite.
     """
     if X.ndim != 3 or not len(X) or X.shape[2] % 2:
-        raise ValueError(
-            f"X: found shape {X.shape}, needed (windows, numbers, frames) with an even "
-            "number of frames")
+        raise ValueError(f"X: found shape {X.shape}, needed (windows, numbers, frames) with an "
+                         "even number of frames")
     if batch < 1 or not width % 2:
-        raise ValueError(
-            f"batch, width: found {batch} and {width}, needed at least one window and an odd width")
+        raise ValueError(f"batch, width: found {batch} and {width}, needed at least one window and "
+                         "an odd width")
     if state is None:
         params = init_network(np.random.default_rng(seed), hidden=hidden, width=width,
                               numbers=X.shape[1], dtype=X.dtype)
@@ -48,9 +52,8 @@ def train(X: np.ndarray, *, epochs: int = EPOCHS, batch: int = 1, rate: float = 
             chances = draw(rng, windows.shape, len(params["be"])) if chance else {}
             costs.append(float(autoencoder_loss(windows, params, **chances)))
             if not np.isfinite(costs[-1]):
-                raise TrainingError(
-                    f"epoch {epoch}, window {begin}: found a loss of {costs[-1]}, needed a "
-                    f"finite one; a rate below {rate:g} may help")
+                raise TrainingError(f"epoch {epoch}, window {begin}: found a loss of {costs[-1]}, "
+                                    f"needed a finite one; a rate below {rate:g} may help")
             gradients = autoencoder_loss_backward(X.dtype.type(1), windows, params, **chances)[1]
             sizes.append(float(np.sqrt(sum(np.sum(g * g) for g in gradients.values()))))
             params, adam = nn.adam_step(params, gradients, adam, rate=rate)
@@ -65,6 +68,10 @@ def draw(rng: np.random.Generator, shape: tuple[int, int, int],
     convolution, and one frame of each pair gets a hidden unit's whole value.
 
     shape : (N, 73, T), hidden : m  ->  the keywords of `network.autoencoder_loss`
+
+    >>> chances = draw(np.random.default_rng(0), (1, 73, 8), 4)
+    >>> {name: array.shape for name, array in chances.items()}
+    {'kept': (1, 73, 8), 'chosen': (1, 4, 4), 'kept_hidden': (1, 4, 8)}
     """
     N, _, T = shape
     return {"kept": (rng.random(shape) >= DROPOUT).astype(np.int8),

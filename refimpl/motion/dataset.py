@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
-import csv
 from dataclasses import dataclass, field
 import functools
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..storage import FormatError, load_npz, plausible, save_npz
+from ..storage import FormatError, load_npz, plausible, read_table, save_npz
 from .body import Take, read_take, to_scale
 from .features import FEATURES, FPS, LEG_RANGE, bone_lengths
 from .joints import BONES, FEET
@@ -104,17 +103,11 @@ def labels_from_file(paths: Iterable[Path], label_file: str | Path,
         for name in (path.relative_to(folder).as_posix(), path.name, path.stem):
             known.setdefault(name, path)
     labels: dict[Path, tuple[str, str]] = {}
-    try:
-        with open(label_file, encoding="utf-8-sig", newline="") as file:
-            rows = list(csv.reader(file))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise LabelError(f"{label_file}: found {error}, needed UTF-8 text with the header "
-                         "clip,content,style") from None
-    if not rows or [cell.strip() for cell in rows[0]] != ["clip", "content", "style"]:
+    rows = read_table(label_file, "the header clip,content,style", LabelError)
+    if not rows or rows[0] != ["clip", "content", "style"]:
         found = ",".join(rows[0]) if rows else "an empty file"
         raise LabelError(f"{label_file}:1: found {found!r}, needed the header clip,content,style")
     for line, row in enumerate(rows[1:], start=2):
-        row = [cell.strip() for cell in row]
         if not any(row):
             continue
         if len(row) != 3 or not all(row):

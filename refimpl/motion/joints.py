@@ -6,13 +6,13 @@ move). A file's joints are found by name; whoever has other names brings a mappi
 """
 
 from collections.abc import Sequence
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 import re
 
 import numpy as np
 
+from ..storage import read_table
 from .clip import Joint
 from .skeleton import ancestors
 
@@ -155,14 +155,7 @@ def read_mapping(path: str | Path) -> dict[str, str]:
     path : the file  ->  {slot: joint name}.   Raises MappingError with file and line.
     """
     overrides: dict[str, str] = {}
-    with open(path, encoding="utf-8-sig", newline="") as file:
-        try:
-            rows = list(csv.reader(file))
-        except (UnicodeDecodeError, csv.Error) as error:
-            raise MappingError(
-                f"{path}: found {error}, needed UTF-8 text with lines slot,joint") from None
-    for line, row in enumerate(rows, start=1):
-        row = [cell.strip() for cell in row]
+    for line, row in enumerate(read_table(path, "lines slot,joint", MappingError), start=1):
         if not any(row) or row[0].startswith("#") or (line == 1 and row == ["slot", "joint"]):
             continue
         if len(row) != 2 or row[0] not in SLOT or not row[1] or row[0] in overrides:

@@ -1,4 +1,4 @@
 """Pictures and animations; nothing else imports Matplotlib.
 
-- `plot`: strips of poses, curves, scatters.   `player`: an animation for a browser.
+- `plot`: strips of poses, root paths, curves.   `player`: an animation for a browser.
 """

@@ -19,12 +19,12 @@ the result says how far a fragment lies from the others of its content, in stand
 """
 
 from collections.abc import Mapping, Sequence
-import csv
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from ..storage import read_table
 from .poses import Body, Fragment, joint_positions
 
 EFFORTS = ("flow", "weight", "time")
@@ -171,12 +171,7 @@ def read_labels(path: str | Path, frames: Mapping[str, int]) -> list[Label]:
     Raises LabelError naming the line: unknown clip, frames not in it, a value outside [-3, 3], a
     stretch labelled twice.
     """
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            rows = [[cell.strip() for cell in row] for row in csv.reader(file)]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise LabelError(f"{path}: found {error}, needed UTF-8 text with the header "
-                         f"{','.join(HEADER)}") from None
+    rows = read_table(path, f"the header {','.join(HEADER)}", LabelError)
     if not rows or rows[0] != HEADER:
         raise LabelError(f"{path}:1: found {','.join(rows[0]) if rows else 'an empty file'!r}, "
                          f"needed the header {','.join(HEADER)}")

@@ -33,15 +33,15 @@ def texts(ax):
 
 def test_projection_keeps_right_up_and_near():
     points = np.eye(3)
-    flat, near = plot.project(points, "front")
+    flat, near = plot.seen_from(points, "front")
     assert flat == pytest.approx(np.array([[1, 0], [0, 1], [0, 0]])) and near == pytest.approx([0, 0, 1])
-    flat, near = plot.project(points, "side")
+    flat, near = plot.seen_from(points, "side")
     assert flat == pytest.approx(np.array([[0, 0], [0, 1], [1, 0]])) and near == pytest.approx([-1, 0, 0])
-    flat, near = plot.project(np.random.default_rng(0).normal(size=(5, 3)), (33.0, 21.0))
-    again, _ = plot.project(np.eye(3), (33.0, 21.0))
+    flat, near = plot.seen_from(np.random.default_rng(0).normal(size=(5, 3)), (33.0, 21.0))
+    again, _ = plot.seen_from(np.eye(3), (33.0, 21.0))
     assert again.T @ again == pytest.approx(np.eye(2))                          # an isometry in the plane
     with pytest.raises(ValueError, match="view.*three-quarter"):
-        plot.project(points, "below")
+        plot.seen_from(points, "below")
 
 
 def test_the_far_side_is_pale():
