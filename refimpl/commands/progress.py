@@ -2,6 +2,7 @@
 
 import sys
 import time
+from typing import Any
 
 from ..gradcheck.report import columns as table
 
@@ -15,11 +16,12 @@ class Progress:
     total : number of steps;  name : of a step
     """
 
-    def __init__(self, total, name, seconds=1.0):
+    def __init__(self, total: int, name: str, seconds: float = 1.0) -> None:
         self.total, self.name, self.seconds = total, name, seconds
         self.done, self.began, self.shown = 0, time.monotonic(), 0.0
 
-    def step(self, text):
+    def step(self, text: str) -> None:
+        """Count a step as done and print its line, with `text`, if it is time for one."""
         self.done += 1
         now = time.monotonic()
         if now - self.shown < self.seconds and self.done < self.total:
@@ -30,8 +32,12 @@ class Progress:
               file=sys.stderr, flush=True)
 
 
-def duration(seconds):
-    """Seconds in words: "5 s", "2 min 10 s", "1 h 05 min"."""
+def duration(seconds: float) -> str:
+    """Seconds in words.
+
+    >>> duration(5), duration(130), duration(3900)
+    ('5 s', '2 min 10 s', '1 h 05 min')
+    """
     seconds = round(seconds)
     if seconds < 60:
         return f"{seconds} s"
@@ -40,7 +46,7 @@ def duration(seconds):
     return f"{seconds // 3600} h {seconds % 3600 // 60:02d} min"
 
 
-def epoch_line(record):
-    """Losses of a Record in one line."""
+def epoch_line(record: Any) -> str:
+    """The losses, the gradient's norm and the seconds of a training Record in one line."""
     terms = "  ".join(f"{name} {value:.4g}" for name, value in record.losses.items())
     return f"{terms}  |gradient| {record.gradient_norm:.3g}  {record.seconds:.1f} s"
