@@ -98,7 +98,8 @@ def _add_database(command):
                          help="content from file names; clips of other names are grouped by "
                          f"likeness (default: {PATTERN.replace('%', '%%')})")
     command.add_argument("--contents", type=whole(1), metavar="N",
-                         help="how many actions to group such clips into (default: one for every 12)")
+                         help="how many actions to group such clips into "
+                         "(default: one for every 12)")
 
 
 def _load(arguments):

@@ -51,7 +51,7 @@ class Problem:
         return h @ h.swapaxes(1, 2)
 
 
-def interleaved(rivals: Mapping[str, Callable[[], Any]], seconds: float = 1.5,
+def interleaved(rivals: Mapping[str, Callable[..., Any]], seconds: float = 1.5,
                 least: int = 5) -> dict[str, float]:
     """Median seconds of each of several functions, called in turn so that all meet the same
     machine.
@@ -79,7 +79,7 @@ def _row(work, dtype, rivals, seconds, error=None):
     peers = {name: t for name, t in times.items() if name.startswith("torch")}
     best = min(peers, key=peers.__getitem__) if peers else None
     return {"work": work, "dtype": np.dtype(dtype).name, "seconds": times, "best peer": best,
-            "ratio": times["tiled"] / peers[best] if peers else None, "relative error": error}
+            "ratio": times["tiled"] / peers[best] if best else None, "relative error": error}
 
 
 def relative_error(found: np.ndarray, exact: np.ndarray) -> float:
@@ -95,7 +95,7 @@ def inference(problem: Problem, peer: Any, seconds: float,
               frames: Sequence[int] = _FRAMES) -> list[dict[str, Any]]:
     """Stylise and project, batch 1.
 
-    peer : the module `peer_torch`, or None;  seconds : for each rival   ->  a row a number of frames
+    peer : the module `peer_torch`, or None;  seconds : for each rival   ->  rows
     """
     stylist, rows = Stylist(problem.T, problem.L), []
     wide = [{name: p.astype(float) for name, p in params.items()}
