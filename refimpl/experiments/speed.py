@@ -22,7 +22,7 @@ from ..holden2017.objective import CONTENT, STYLE, Batch, Weights
 from ..motion.joints import BONES
 from ..fast import conv
 
-_FRAMES, _BATCHES = (240, 480, 960), (10, 32)
+FRAMES, BATCHES = (240, 480, 960), (10, 32)
 PERCEPTUAL = (CONTENT, STYLE)
 
 
@@ -92,7 +92,7 @@ def relative_error(found: np.ndarray, exact: np.ndarray) -> float:
 
 
 def inference(problem: Problem, peer: Any, seconds: float,
-              frames: Sequence[int] = _FRAMES) -> list[dict[str, Any]]:
+              frames: Sequence[int] = FRAMES) -> list[dict[str, Any]]:
     """Stylise and project, batch 1.
 
     peer : the module `peer_torch`, or None;  seconds : for each rival   ->  rows
@@ -113,7 +113,7 @@ def inference(problem: Problem, peer: Any, seconds: float,
 
 
 def style_steps(problem: Problem, peer: Any, seconds: float,
-                batches: Sequence[int] = _BATCHES) -> list[dict[str, Any]]:
+                batches: Sequence[int] = BATCHES) -> list[dict[str, Any]]:
     """A training step of T with content and style loss: L(I), T(I), L(T(I)), both losses, and the
     gradients of T's parameters.   ->  a row a batch
     """
