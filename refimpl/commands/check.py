@@ -4,8 +4,10 @@ implementation.
 `refimpl export`: golden vectors for readers without Python.
 """
 
+import argparse
 import os
 import sys
+from typing import Any
 
 import numpy as np
 
@@ -14,22 +16,24 @@ from ..conformance.backend import meant, read_expected_failures
 from ..conformance.explain import explain
 from ..conformance.golden import export, read_folder
 from ..conformance.prove import prove
-from ..conformance.report import failures, last_line, misspelt, proof_table, row, table, verdict, write_junit
+from ..conformance.report import (failures, last_line, misspelt, proof_table, row, table, verdict,
+                                  write_junit)
 from .options import InputFolder, InputPath, OutputFolder, OutputPath, whole, write_report
 
-EXIT = """Exit status: 0 everything that ran agrees; 1 something is wrong, follows another convention or
-cannot be decided, or nothing ran, or the folder is not the exported one; 2 input that cannot be used.
-What is stricter or laxer with input, or is not offered, counts with --require only."""
+EXIT = """Exit status: 0 everything that ran agrees; 1 something is wrong, follows another
+convention or cannot be decided, or nothing ran, or the folder is not the exported one; 2 input that
+cannot be used. What is stricter or laxer with input, or is not offered, counts with --require
+only."""
 
 
-def add_commands(commands):
+def add_commands(commands: Any) -> None:
+    """Add `check` and `export` to the subparsers of the program."""
     check = commands.add_parser(
         "check",
         help="hold the reference against its second derivation, or judge another implementation",
-        description=
-        "Without a backend: hold the reference against its second derivation and the gradient "
-        "instruments. With one: hold the backend against the reference, or against golden vectors.",
-        epilog=EXIT)
+        description="Without a backend: hold the reference against its second derivation and the "
+        "gradient instruments. With one: hold the backend against the reference, or against golden "
+        "vectors.", epilog=EXIT)
     check.add_argument("backend", nargs="?", metavar="MODULE:OBJECT",
                        help="a mapping of operation names to callables, imported from here")
     check.add_argument("--golden", metavar="DIR", type=InputFolder,
@@ -41,15 +45,14 @@ def add_commands(commands):
     check.add_argument("--xfail", metavar="FILE", type=InputPath,
                        help="patterns of case ids that are known to fail, one a line")
     check.add_argument("--operations", metavar="A,B", help="only these operations (default: all)")
-    check.add_argument(
-        "--require", metavar="A,B|all",
-        help="functions that must be offered (gram, gram_backward ...), and take neither more nor "
-        "less than the reference")
+    check.add_argument("--require", metavar="A,B|all",
+                       help="functions that must be offered (gram, gram_backward ...), and take "
+                       "neither more nor less than the reference")
     check.add_argument("--seed", type=whole(0), metavar="N",
                        help="of the random inputs (default: 0)")
-    check.add_argument(
-        "--explain", metavar="OPERATION",
-        help="print an operation's arguments, shapes, units, defaults and conventions, and stop")
+    check.add_argument("--explain", metavar="OPERATION",
+                       help="print an operation's arguments, shapes, units, defaults and "
+                       "conventions, and stop")
     check.set_defaults(run=run_check, also_reads=_module)
 
     golden = commands.add_parser(
@@ -68,15 +71,18 @@ def _module(arguments):
     return {"MODULE": path} if os.path.isfile(path) else {}
 
 
-def run_check(arguments):
+def run_check(arguments: argparse.Namespace) -> int:
+    """Judge what is asked for and print the verdicts.   ->  the exit status, as EXIT tells it
+
+    A ValueError says which options or names cannot be used.
+    """
     if arguments.explain is not None:
         return _explain(arguments)
     operations = _names("--operations", arguments.operations)
     if arguments.golden is not None:
         if arguments.seed is not None:
-            raise ValueError(
-                f"--seed: found {arguments.seed} beside --golden, whose vectors have their seed; "
-                "leave it out")
+            raise ValueError(f"--seed: found {arguments.seed} beside --golden, whose vectors have "
+                             "their seed; leave it out")
         return _judge(arguments, *_golden_cases(arguments.golden, operations))
     seed = arguments.seed or 0
     if arguments.backend is None:
@@ -114,9 +120,8 @@ def _required(text, chosen):
     for name in names:
         functions = there if name == "all" else {name} & there
         if not functions:
-            raise ValueError(
-                f"--require: found {name!r}, needed all, or a function that is judged here"
-                + meant(name, there))
+            raise ValueError(f"--require: found {name!r}, needed all, or a function that is judged "
+                             "here" + meant(name, there))
         found |= functions
     return found
 
@@ -155,11 +160,9 @@ def _complaint(words):
 def _prove(arguments, seed, operations):
     for option in ("xfail", "junit", "require"):
         if getattr(arguments, option) is not None:
-            raise ValueError(
-                f"--{option}: found it without a backend or --golden, of which it speaks; leave it "
-                "out")
-    # an unknown name is refused before any work
-    cases(seed=seed, operations=operations)
+            raise ValueError(f"--{option}: found it without a backend or --golden, of which it "
+                             "speaks; leave it out")
+    cases(seed=seed, operations=operations)             # refuses an unknown name before any work
     proofs = []
     for proof in prove(seed=seed, operations=operations):
         proofs.append(proof)
@@ -178,25 +181,25 @@ def _prove(arguments, seed, operations):
 def _write(arguments, backend, rows, said):
     if arguments.json is None:
         return
-    settings = {
-        "backend": backend.name, "tolerances": dict(backend.tolerances), "seed": arguments.seed
-        or 0, "golden": arguments.golden, "operations": arguments.operations,
-        "require": arguments.require, "xfail": arguments.xfail, "numpy": np.__version__,
-        "blas threads": os.environ.get("OPENBLAS_NUM_THREADS", "")}
+    settings = {"backend": backend.name, "tolerances": dict(backend.tolerances),
+                "seed": arguments.seed or 0, "golden": arguments.golden,
+                "operations": arguments.operations, "require": arguments.require,
+                "xfail": arguments.xfail, "numpy": np.__version__,
+                "blas threads": os.environ.get("OPENBLAS_NUM_THREADS", "")}
     unknown = [{"name": name, "nearest": near} for name, near in backend.unknown]
     write_report(arguments.json, "check", settings, rows, verdict=said, unknown=unknown)
 
 
 def _explain(arguments):
     if arguments.explain not in OPERATIONS:
-        raise ValueError(
-            f"--explain: found {arguments.explain!r}, needed one of {', '.join(OPERATIONS)}"
-            + meant(arguments.explain, OPERATIONS))
+        raise ValueError(f"--explain: found {arguments.explain!r}, needed one of "
+                         f"{', '.join(OPERATIONS)}" + meant(arguments.explain, OPERATIONS))
     print("\n".join(explain(OPERATIONS[arguments.explain])))
     return 0
 
 
-def run_export(arguments):
+def run_export(arguments: argparse.Namespace) -> None:
+    """Write the golden vectors. A ValueError says what stands in the way."""
     count = export(arguments.folder, seed=arguments.seed,
                    operations=_names("--operations", arguments.operations))
     print(f"{arguments.folder}: {count} golden vectors and manifest.json")

@@ -21,8 +21,7 @@ from ..storage import FormatError, load_npz, save_npz
 from ..holden2017.train import Record, State
 
 VERSION = 2
-# how near the summaries of one run's data lie on any processor
-NEAR = 1e-4
+NEAR = 1e-4                    # how near the summaries of one run's data lie on any processor
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ def fingerprint(settings: Any, *arrays: np.ndarray) -> Run:
     data, numbers = hashlib.sha256(), []
     for array in arrays:
         words.update(f"{array.dtype} {array.shape}".encode())
-        data.update(np.ascontiguousarray(array))
+        data.update(np.ascontiguousarray(array).data)
         wide = array.astype(float).ravel()
         spread = float(wide.std()) if wide.size else 0.0
         weighted = float(wide @ np.cos(np.arange(wide.size))) / max(wide.size, 1)
@@ -54,7 +53,10 @@ def fingerprint(settings: Any, *arrays: np.ndarray) -> Run:
 
 
 def save_checkpoint(path: str | Path, state: State, records: Sequence[Record], run: Run) -> None:
-    """state : after an epoch;  records : one for every epoch so far;  run : of `fingerprint`"""
+    """Write where a run stands.
+
+    state : after an epoch;  records : one for every epoch so far;  run : of `fingerprint`
+    """
     groups = (("p", state.params), ("m", state.adam["m"]), ("v", state.adam["v"]))
     arrays = {f"{kind} {name}": array for kind, group in groups for name, array in group.items()}
     save_npz(path, "checkpoint", VERSION, {**arrays, "summary": run.summary},
@@ -83,22 +85,20 @@ def load_checkpoint(path: str | Path, run: Run, like: Mapping[str, np.ndarray],
     if facts["names"] != list(like):
         raise FormatError(
             f"{path}: found parameters {', '.join(facts['names'])[:80]}, needed {', '.join(like)}")
-    groups = [{name: arrays.get(f"{kind} {name}") for name in like} for kind in "pmv"]
-    for group in groups:
-        for name, array in group.items():
-            wanted = like[name]
-            if array is None or array.shape != wanted.shape or array.dtype != wanted.dtype or not np.isfinite(
-                    array).all():
-                raise FormatError(
-                    f"{path}: found {name} missing, of another shape or type or not finite, needed "
-                    f"finite numbers {wanted.dtype} {wanted.shape}")
+    for key, name in [(f"{kind} {name}", name) for kind in "pmv" for name in like]:
+        array, wanted = arrays.get(key), like[name]
+        if (array is None or array.shape != wanted.shape or array.dtype != wanted.dtype
+                or not np.isfinite(array).all()):
+            raise FormatError(
+                f"{path}: found {name} missing, of another shape or type or not finite, needed "
+                f"finite numbers {wanted.dtype} {wanted.shape}")
     records = _records(path, facts["records"])
-    if not 1 <= facts["epoch"] <= epochs or facts["epoch"] != len(
-            records) or not 1 <= facts["steps"] < 2**53:
+    if (not 1 <= facts["epoch"] <= epochs or facts["epoch"] != len(records)
+            or not 1 <= facts["steps"] < 2 ** 53):
         raise FormatError(
             f"{path}: found {str(facts['epoch'])[:20]} epochs with {len(records)} records and "
             f"{str(facts['steps'])[:20]} steps, needed numbers of one training of {epochs} epochs")
-    params, m, v = groups
+    params, m, v = ({name: arrays[f"{kind} {name}"] for name in like} for kind in "pmv")
     return (State(params, {"t": facts["steps"], "m": m, "v": v}, facts["epoch"]), records,
             facts["bits"] == run.bits)
 
@@ -114,8 +114,9 @@ def _near(found, needed):
 def _records(path, text):
     try:
         records = [Record(**r) for r in json.loads(text)]
-        good = all(type(r.epoch) is int and isinstance(r.losses, dict) and all(map(_is_number, (
-            r.gradient_norm, r.seconds, *r.losses.values()))) for r in records)
+        good = all(type(r.epoch) is int and isinstance(r.losses, dict)
+                   and all(map(_is_number, (r.gradient_norm, r.seconds, *r.losses.values())))
+                   for r in records)
     except (ValueError, TypeError, RecursionError):
         good = False
     if not good:

@@ -1,8 +1,10 @@
 """`refimpl demo`: the whole system on the embedded motion, with narrow networks, in under a minute.
 """
 
+import argparse
 from pathlib import Path
 import time
+from typing import Any
 
 import numpy as np
 
@@ -24,16 +26,15 @@ from ..motion.body import make_take
 from .options import OutputFolder, there_already, whole, write_json
 from .progress import Progress, epoch_line
 
-HIDDEN, CHANNELS = 64, 48
-PEOPLE, SECONDS, HELD_OUT = 5, 4.5, 0.2
-EPOCHS, RATES = {"autoencoder": 30, "style": 60}, {"autoencoder": 5e-4, "style": 1e-3}
-
-FILES = [
-    "motions.npz", "manifold.npz", "content.bvh", "style.bvh", "stylised.bvh", "figure3.png",
-    "animation.html", "curves.png", "report.json"]
+_HIDDEN, _CHANNELS = 64, 48
+_PEOPLE, _SECONDS, _HELD_OUT = 5, 4.5, 0.2
+_EPOCHS, _RATES = {"autoencoder": 30, "style": 60}, {"autoencoder": 5e-4, "style": 1e-3}
+_FILES = ["motions.npz", "manifold.npz", "content.bvh", "style.bvh", "stylised.bvh", "figure3.png",
+          "animation.html", "curves.png", "report.json"]
 
 
-def add_commands(commands):
+def add_commands(commands: Any) -> None:
+    """Add `demo` to the subparsers of the program."""
     command = commands.add_parser("demo", help="run everything on the embedded motion",
                                   description=__doc__)
     command.add_argument("--out", metavar="DIR", type=OutputFolder,
@@ -44,22 +45,23 @@ def add_commands(commands):
     command.add_argument("--seed", type=whole(0), default=0, metavar="N",
                          help="of the networks' first weights (default: %(default)s)")
     command.set_defaults(run=run,
-                         also_writes=lambda a: there_already(a.out, [*FILES, f"{a.style}.npz"]))
+                         also_writes=lambda a: there_already(a.out, [*_FILES, f"{a.style}.npz"]))
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
+    """Train both networks on embedded motion, transfer a style, write and print the results."""
     began = time.perf_counter()
     out = Path(arguments.out)
     out.mkdir(parents=True, exist_ok=True)
 
     print("1/5  motion: walkers, joggers and turners, made by the program")
-    # the manifold should know more than two
+    # The manifold should know more than two styles.
     styles = dict.fromkeys(("normal", arguments.style, "old", "zombie"))
-    motions = make_database(seconds_per_clip=SECONDS, people=PEOPLE, styles=tuple(styles))
+    motions = make_database(seconds_per_clip=_SECONDS, people=_PEOPLE, styles=tuple(styles))
     takes = {motion.name: make_take(motion.clip, name=motion.name) for motion in motions}
     dataset = assemble(takes.items(),
                        {motion.name: (motion.content, motion.style) for motion in motions},
-                       "embedded motion", HELD_OUT)
+                       "embedded motion", _HELD_OUT)
     save_dataset(out / "motions.npz", dataset)
 
     print("2/5  the loss network (equations 1 to 3)")
@@ -92,34 +94,32 @@ def run(arguments):
     write_json(out / "report.json", report)
     for key, value in report["numbers"].items():
         print(f"     {key}: {value:.4g}")
-    print(
-        f"{out}: content.bvh, style.bvh, stylised.bvh, figure3.png, animation.html, curves.png, "
-        "report.json and the model files")
+    print(f"{out}: content.bvh, style.bvh, stylised.bvh, figure3.png, animation.html, curves.png, "
+          "report.json and the model files")
 
 
 def _manifold(dataset, seed):
     clips = dataset.select(held_out=False)
     X, normaliser = clean_windows(clips, dataset.source)
-    epochs = train_autoencoder(X, epochs=EPOCHS["autoencoder"], rate=RATES["autoencoder"],
-                               hidden=HIDDEN, seed=seed, gradients=autoencoder_gradients)
-    records, state = _follow(epochs, EPOCHS["autoencoder"])
+    epochs = train_autoencoder(X, epochs=_EPOCHS["autoencoder"], rate=_RATES["autoencoder"],
+                               hidden=_HIDDEN, seed=seed, gradients=autoencoder_gradients)
+    records, state = _follow(epochs, _EPOCHS["autoencoder"])
     return Manifold(state.params, normaliser, dataset.leg, dataset.bones), records
 
 
 def _style(lesson, manifold, name, seed):
-    weights = Weights().fitted(manifold.leg, HIDDEN)
-    epochs = train_style(lesson, manifold, epochs=EPOCHS["style"], rate=RATES["style"],
-                         channels=CHANNELS, seed=seed, weights=weights, gradients=style_gradients)
-    records, state = _follow(epochs, EPOCHS["style"])
+    weights = Weights().fitted(manifold.leg, _HIDDEN)
+    epochs = train_style(lesson, manifold, epochs=_EPOCHS["style"], rate=_RATES["style"],
+                         channels=_CHANNELS, seed=seed, weights=weights, gradients=style_gradients)
+    records, state = _follow(epochs, _EPOCHS["style"])
     return lesson.style(state.params, manifold, name, weights), records
 
 
 def _follow(epochs, total):
     progress, records = Progress(total, "     epoch"), []
     for record, state in epochs:
-        records.append({
-            "epoch": record.epoch, **record.losses, "gradient_norm": record.gradient_norm,
-            "seconds": record.seconds})
+        records.append({"epoch": record.epoch, **record.losses,
+                        "gradient_norm": record.gradient_norm, "seconds": record.seconds})
         progress.step(epoch_line(record))
     return records, state
 
@@ -134,21 +134,20 @@ def _pictures(out, style, content, result, records):
 
 
 def _report(style, dataset, manifold_records, style_records, distances, path, seconds):
-    def mean(key):
-        return float(np.mean([clip[key] for clip in distances]))
+    mean = {key: float(np.mean([clip[key] for clip in distances]))
+            for key in ("content", "transformed", "projected")}
     numbers = {
         "clips": float(len(dataset.clips)),
         "reconstruction loss, first epoch": manifold_records[0]["loss"],
         "reconstruction loss, last epoch": manifold_records[-1]["loss"],
-        "style distance of held-out content": mean("content"),
-        "style distance of T(I)": mean("transformed"),
-        "style distance of P(T(I))": mean("projected"),
-        "share of the style distance left": mean("projected") / mean("content"),
+        "style distance of held-out content": mean["content"],
+        "style distance of T(I)": mean["transformed"],
+        "style distance of P(T(I))": mean["projected"],
+        "share of the style distance left": mean["projected"] / mean["content"],
         "mean distance between the paths, cm": path[0],
         "largest distance between the paths, cm": path[1],
         "length of the content's path, cm": path[2], "seconds": seconds}
-    return {
-        "style": style, "data": dataset.source,
-        "networks": {"hidden": HIDDEN,
-                     "channels": CHANNELS}, "numbers": numbers, "held_out_clips": distances,
-        "epochs": {"loss network": manifold_records, "style": style_records}}
+    return {"style": style, "data": dataset.source,
+            "networks": {"hidden": _HIDDEN, "channels": _CHANNELS}, "numbers": numbers,
+            "held_out_clips": distances,
+            "epochs": {"loss network": manifold_records, "style": style_records}}

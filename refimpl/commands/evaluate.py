@@ -1,7 +1,9 @@
 """`refimpl evaluate`: content, the results of 2016 and of 2017, and real takes, side by side."""
 
+import argparse
 from pathlib import Path
 import re
+from typing import Any
 
 import numpy as np
 
@@ -16,22 +18,25 @@ from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_al
                       write_json, write_report)
 from .progress import Progress, table
 
-DESCRIPTION = """Stylise every clip that was kept out of training by every style network and by optimisation, write the results, read them again and measure them. The
-judges are fitted on clips that no network learnt on: train with --clips and --exemplars that leave some."""
+DESCRIPTION = """Stylise every clip that was kept out of training by every style network and by
+optimisation, write the results, read them again and measure them. The judges are fitted on clips
+that no network learnt on: train with --clips and --exemplars that leave some."""
 
-COLUMNS = (("system", "{}"), ("clips", "{}"), ("style by gram", "{:.1%}"),
-           ("style by joints", "{:.1%}"), ("content by gram", "{:.1%}"),
-           ("content by joints", "{:.1%}"), ("style distance left", "{:.1%}"),
-           ("content distance", "{:.1f}"), ("Fréchet distance", "{:.1f}"))
-FEET = (("system", "{}"), ("skate", "{:.2f}"), ("sinks", "{:.2f}"), ("sinks at most", "{:.2f}"),
-        ("bone error", "{:.1e}"), ("path error", "{:.1f}"), ("jerk / real", "{:.2f}"), ("frames/s",
-                                                                                        "{:,.0f}"))
+_STYLE_COLUMNS = (
+    ("system", "{}"), ("clips", "{}"), ("style by gram", "{:.1%}"), ("style by joints", "{:.1%}"),
+    ("content by gram", "{:.1%}"), ("content by joints", "{:.1%}"),
+    ("style distance left", "{:.1%}"), ("content distance", "{:.1f}"),
+    ("Fréchet distance", "{:.1f}"))
+_FEET_COLUMNS = (
+    ("system", "{}"), ("skate", "{:.2f}"), ("sinks", "{:.2f}"), ("sinks at most", "{:.2f}"),
+    ("bone error", "{:.1e}"), ("path error", "{:.1f}"), ("jerk / real", "{:.2f}"),
+    ("frames/s", "{:,.0f}"))
 
 
-def add_commands(commands):
-    command = commands.add_parser("evaluate",
-                                  help="measure results of 2016 and 2017 beside real motion",
-                                  description=DESCRIPTION)
+def add_commands(commands: Any) -> None:
+    """Add `evaluate` to the subparsers of the program."""
+    command = commands.add_parser("evaluate", description=DESCRIPTION,
+                                  help="measure results of 2016 and 2017 beside real motion")
     command.add_argument("folder", metavar="FOLDER", type=InputFolder,
                          help="the BVH clips that MOTIONS.npz was made of")
     command.add_argument("motions", metavar="MOTIONS.npz", type=InputPath,
@@ -40,10 +45,9 @@ def add_commands(commands):
                          help="what `refimpl train-style` wrote, all of one loss network")
     command.add_argument("--content-style", default="normal", metavar="NAME",
                          help="the style of the contents (default: %(default)s)")
-    command.add_argument(
-        "--network", metavar="N.npz", type=InputPath,
-        help="a network of 2016 (the authors' network_core.npz, or of `refimpl train-2016`): "
-        "measure that system as its code is, too")
+    command.add_argument("--network", metavar="N.npz", type=InputPath,
+                         help="a network of 2016 (the authors' network_core.npz, or of `refimpl "
+                         "train-2016`): measure that system as its code is, too")
     command.add_argument("--preprocess", metavar="P.npz", type=InputPath, help="its normaliser")
     command.add_argument("--most", type=whole(1), metavar="N",
                          help="clips of each style at most (default: all that were held out)")
@@ -55,7 +59,11 @@ def add_commands(commands):
     command.set_defaults(run=run, also_writes=lambda a: there_already(a.out, ["report.json"]))
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
+    """Measure every system on the clips held out; write and print the tables.
+
+    An EvaluationError, which is a ValueError, says what does not belong together.
+    """
     arguments.out = Path(arguments.out)
     if bool(arguments.network) != bool(arguments.preprocess):
         raise evaluate.EvaluationError(
@@ -64,20 +72,18 @@ def run(arguments):
     dataset = load_dataset(arguments.motions)
     styles = [load_style(path) for path in arguments.styles]
     _check(styles, dataset, arguments)
-    paths = {
-        path.relative_to(arguments.folder).with_suffix("").as_posix(): path
-        for path in find_clips(arguments.folder)}
-    manifold, chosen = styles[0].manifold, evaluate.classifier_clips(
-        dataset, styles, arguments.content_style)
+    paths = {path.relative_to(arguments.folder).with_suffix("").as_posix(): path
+             for path in find_clips(arguments.folder)}
+    manifold = styles[0].manifold
+    chosen = evaluate.classifier_clips(dataset, styles, arguments.content_style)
     contents = {style.name: _contents(dataset, style, paths, arguments) for style in styles}
     arguments.out.mkdir(parents=True, exist_ok=True)
     classifiers = evaluate.fit_classifiers(chosen, manifold, dataset.leg)
     print(f"judges fitted on {len(chosen)} clips that no network learnt on")
-    reference = {
-        s.name: [
-            classifiers["joints"].embed(to_scale(c.features, dataset.leg, manifold.leg))
-            for c in chosen if c.style == s.name] for s in styles}
-    rows, windows = [], {}
+    reference = {s.name: [classifiers["joints"].embed(to_scale(c.features, dataset.leg, manifold.leg))
+                          for c in chosen if c.style == s.name] for s in styles}
+    rows: list[dict[str, Any]] = []
+    windows: dict[tuple[str, str], list[np.ndarray]] = {}
     progress = Progress(sum(map(len, contents.values())), "clip", seconds=2.0)
     for style in styles:
         for row, points in _style_rows(dataset, style, contents[style.name], classifiers, arguments,
@@ -100,17 +106,13 @@ def run(arguments):
                {"summary": lines, "styles": by_style, "table 1": speed, "projection": effect,
                 "clips": rows, "judges": [c.name for c in chosen]})
     if arguments.json:
-        told = {
-            key: str(value) if isinstance(value, Path) else value
-            for key, value in vars(arguments).items() if key not in ("run", "also_writes")}
-        write_report(
-            arguments.json, "evaluate", told,
-            [{"style": "all", **line} for line in lines] + [{"style": name, **line}
-                                                            for name, own in by_style.items()
-                                                            for line in own], table_1=speed,
-            units={
-                "skate": "cm/s", "sinks": "cm", "path error": "cm",
-                "seconds": "of the mathematics alone"})
+        told = {key: str(value) if isinstance(value, Path) else value
+                for key, value in vars(arguments).items() if key not in ("run", "also_writes")}
+        every = [("all", lines), *by_style.items()]
+        write_report(arguments.json, "evaluate", told,
+                     [{"style": name, **line} for name, own in every for line in own],
+                     table_1=speed, units={"skate": "cm/s", "sinks": "cm", "path error": "cm",
+                                           "seconds": "of the mathematics alone"})
     print(f"{arguments.out}: report.json, strip_STYLE.png and the written clips")
 
 
@@ -118,9 +120,8 @@ def _check(styles, dataset, arguments):
     first = styles[0].manifold.params
     for path, style in zip(arguments.styles, styles):
         if any(not np.array_equal(style.manifold.params[k], first[k]) for k in first):
-            raise evaluate.EvaluationError(
-                f"{path}: found another loss network than in {arguments.styles[0]}, needed the "
-                "same for all")
+            raise evaluate.EvaluationError(f"{path}: found another loss network than in "
+                                           f"{arguments.styles[0]}, needed the same for all")
     if len({style.name for style in styles}) < len(styles):
         raise evaluate.EvaluationError(
             f"found styles {', '.join(s.name for s in styles)}, needed each style once")
@@ -132,22 +133,19 @@ def _check(styles, dataset, arguments):
 
 def _contents(dataset, style, paths, arguments):
     """The held-out clips that a style is tried on, spread over its contents."""
-    found = [
-        c for c in dataset.select(style=arguments.content_style, held_out=True)
-        if c.content in style.contents]
+    found = [c for c in dataset.select(style=arguments.content_style, held_out=True)
+             if c.content in style.contents]
     if not found:
         raise evaluate.EvaluationError(
             f"{arguments.motions}: found no clip of style {arguments.content_style!r} held out for "
-            f"{', '.join(style.contents)}, "
-            "needed some to try the networks on; prepare with a larger --hold-out")
+            f"{', '.join(style.contents)}, needed some to try the networks on; prepare with a "
+            "larger --hold-out")
     missing = [c.name for c in found if c.name not in paths]
     if missing:
-        raise evaluate.EvaluationError(
-            f"{arguments.folder}: found no {missing[0]}.bvh, needed the folder that MOTIONS.npz "
-            "was made of")
-    turns = sorted(
-        found, key=lambda c:
-        (sum(o.content == c.content and o.name < c.name for o in found), c.content))
+        raise evaluate.EvaluationError(f"{arguments.folder}: found no {missing[0]}.bvh, needed the "
+                                       "folder that MOTIONS.npz was made of")
+    turns = sorted(found, key=lambda c: (sum(o.content == c.content and o.name < c.name
+                                             for o in found), c.content))
     return turns[:arguments.most]
 
 
@@ -157,25 +155,22 @@ def _style_rows(dataset, style, contents, classifiers, arguments, paths, progres
     """
     manifold, drawn = style.manifold, False
 
-    def row(system, content, name, measured, features):
-        return {
-            "style": style.name, "system": system, "content": content, "clip": name,
-            **measured}, classifiers["joints"].embed(features)
+    def _row(system, clip, measured, features, leg):
+        return ({"style": style.name, "system": system, "content": clip.content, "clip": clip.name,
+                 **measured}, classifiers["joints"].embed(to_scale(features, leg, manifold.leg)))
     for clip in contents:
-        take, exemplars = read_take(paths[clip.name]), evaluate.exemplars_of(
-            dataset, style, clip.content)
+        take = read_take(paths[clip.name])
+        exemplars = evaluate.exemplars_of(dataset, style, clip.content)
         motions = {"style": decode(exemplars[0], Start()), "content": take.positions}
-        yield row("content", clip.content, clip.name,
-                  evaluate.measure(take, take, exemplars, manifold, classifiers),
-                  to_scale(take.features, take.leg, manifold.leg))
+        yield _row("content", clip, evaluate.measure(take, take, exemplars, manifold, classifiers),
+                   take.features, take.leg)
         for system, result, seconds in evaluate.carry_out(take, exemplars, style, network=network):
             label = "_".join(re.findall(r"\w+", system))
             again = evaluate.read_back(
                 result.clip, arguments.out / f"{style.name}_{Path(clip.name).name}_{label}.bvh")
             measured = evaluate.measure(again, take, exemplars, manifold, classifiers)
             motions[system] = again.positions
-            yield row(system, clip.content, clip.name, {**measured, "seconds": seconds},
-                      to_scale(again.features, take.leg, manifold.leg))
+            yield _row(system, clip, {**measured, "seconds": seconds}, again.features, take.leg)
         progress.step(f"{style.name}, {clip.name}")
         if not drawn:
             drawn = True
@@ -183,47 +178,40 @@ def _style_rows(dataset, style, contents, classifiers, arguments, paths, progres
     for clip in dataset.select(style=style.name, held_out=True):
         if clip.content in style.contents and clip.content in {c.content for c in contents}:
             exemplars = evaluate.exemplars_of(dataset, style, clip.content)
-            yield row("real", clip.content, clip.name,
-                      evaluate.measure_real(clip, dataset.leg, exemplars, manifold, classifiers),
-                      to_scale(clip.features, dataset.leg, manifold.leg))
+            measured = evaluate.measure_real(clip, dataset.leg, exemplars, manifold, classifiers)
+            yield _row("real", clip, measured, clip.features, dataset.leg)
 
 
 def _strip(path, motions, name):
     """As figures 3 and 4: the style, the content and what each system made of it."""
     from ..pictures import plot
     systems = [system for system in (evaluate.CODED, evaluate.OWN) if system in motions]
-    shown = {name: motions[name]
-             for name in ("style", "content", *systems)} | {"2017": motions["2017, own pace"]}
-    count = min(len(m) for m in shown.values())
-    plot.save(
-        plot.strip({label: m[:min(count, 180)] for label, m in shown.items()},
-                   title=f"{name}: style; content; {'; '.join(systems)}; 2017 at its own pace"),
-        path)
+    shown = {label: motions[label] for label in ("style", "content", *systems)}
+    shown["2017"] = motions["2017, own pace"]
+    count = min(180, *(len(m) for m in shown.values()))
+    title = f"{name}: style; content; {'; '.join(systems)}; 2017 at its own pace"
+    plot.save(plot.strip({label: m[:count] for label, m in shown.items()}, title=title), path)
 
 
 def _print(lines, by_style, speed, effect):
-    for columns, title in ((COLUMNS, "style and content, all styles"),
-                           (FEET, "feet, bones, path, all styles (cm, cm/s)")):
+    for columns, title in ((_STYLE_COLUMNS, "style and content, all styles"),
+                           (_FEET_COLUMNS, "feet, bones, path, all styles (cm, cm/s)")):
         print("\n" + title)
         _table(columns, lines)
     print("\neach style")
-    _table(COLUMNS, [{**line, "system": f"{name}: {line['system']}"}
-                     for name, own in by_style.items() for line in own])
-    print(
-        "\nTable 1, seconds from features to features, without reading, writing and clean-up; "
-        "ratio: 2016 in its own form over 2017")
+    _table(_STYLE_COLUMNS, [{**line, "system": f"{name}: {line['system']}"}
+                            for name, own in by_style.items() for line in own])
+    print("\nTable 1, seconds from features to features, without reading, writing and clean-up; "
+          "ratio: 2016 in its own form over 2017")
     coded = [evaluate.CODED] if evaluate.CODED in speed[0] else []
-    _table((("frames", "{}"), *((name, "{:.4f}")
-                                for name in (*coded, evaluate.OWN, "2017")), ("ratio", "{:.0f}")),
-           speed)
+    systems = [(name, "{:.4f}") for name in (*coded, evaluate.OWN, "2017")]
+    _table((("frames", "{}"), *systems, ("ratio", "{:.0f}")), speed)
     print("\nprojection (figure 2)")
-    _table(
-        (("what", "{}"), ("bone error", "{:.2%}"), ("error", "{:.2f}"), ("jerk / clean", "{:.2f}")),
-        effect)
+    _table((("what", "{}"), ("bone error", "{:.2%}"), ("error", "{:.2f}"),
+            ("jerk / clean", "{:.2f}")), effect)
 
 
 def _table(columns, lines):
-    for line in table([[name for name, _ in columns]] + [[
-            "" if line[name] != line[name] else form.format(line[name]) for name, form in columns]
-                                                         for line in lines]):
-        print(line)
+    cells = [["" if line[name] != line[name] else form.format(line[name]) for name, form in columns]
+             for line in lines]
+    print("\n".join(table([[name for name, _ in columns], *cells])))

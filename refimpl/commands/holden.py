@@ -1,9 +1,12 @@
 """`refimpl experiment holden`: what the recipe of training does, on a folder of clips or on
-embedded motion."""
+embedded motion.
+"""
 
+import argparse
 from dataclasses import replace
 from pathlib import Path
 import re
+from typing import Any
 
 from ..experiments import holden
 from ..holden2017.objective import WEIGHTS
@@ -19,19 +22,20 @@ clean-up on clips kept out. It takes some two minutes for each loss network and 
 network of the usual width, on an hour of clips."""
 
 TABLES = ("projection", "readings", "path")
-READINGS = (("groups", "mean_squares", 0.01), ("groups", "mean_squares", 0.0213),
-            ("groups", "sum_squares", 0.01), ("groups", "norm", 0.06), ("groups", "norm", 0.01),
-            ("2016", "mean_squares", 0.01), ("2016", "norm", 0.06))
+_READINGS = (("groups", "mean_squares", 0.01), ("groups", "mean_squares", 0.0213),
+             ("groups", "sum_squares", 0.01), ("groups", "norm", 0.06), ("groups", "norm", 0.01),
+             ("2016", "mean_squares", 0.01), ("2016", "norm", 0.06))
 SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
 LOSS_NETWORKS = (("average", "groups"), ("random", "groups"), ("random", "2016"))
-REFEREE = 1000                                                   # its seed
-PROJECTION = ("error", "jerk", "path", "path at most", "noisy error", "noisy jerk",
-              "noise jerk")
-STYLE = ("left", "seen", "content seen", "jerk", "path", "path / way", "met", "speed", "skate",
-         "bones")
+REFEREE = 1000                                                  # the seed of its network
+_PROJECTION_COLUMNS = ("error", "jerk", "path", "path at most", "noisy error", "noisy jerk",
+                       "noise jerk")
+_STYLE_COLUMNS = ("left", "seen", "content seen", "jerk", "path", "path / way", "met", "speed",
+                  "skate", "bones")
 
 
-def add_command(papers):
+def add_command(papers: Any) -> None:
+    """Add `holden` to the subparsers of `experiment`."""
     command = papers.add_parser(
         "holden", description=DESCRIPTION,
         help="the recipe of Holden 2017 measured: projection, readings of the bars, style and path")
@@ -59,7 +63,8 @@ def add_command(papers):
     command.set_defaults(run=run)
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
+    """Print the tables asked for. A ValueError says which clips or tables are lacking."""
     chosen = arguments.tables.split(",")
     unknown = sorted(set(chosen) - set(TABLES))
     if unknown:
@@ -80,9 +85,9 @@ def run(arguments):
 
 def _tables(arguments, ground, styles, chosen):
     """Print each table as it is done.   ->  yields its rows"""
-    networks = {}
+    networks: dict[tuple, Any] = {}
 
-    def network(seed, depooling="random", form="groups"):
+    def _network(seed, depooling="random", form="groups"):
         key = seed, depooling, form
         if key not in networks:
             networks[key] = holden.learn_manifold(
@@ -90,23 +95,24 @@ def _tables(arguments, ground, styles, chosen):
                 epochs=arguments.loss_epochs)
         return networks[key]
     if "projection" in chosen:
-        places = {}
+        places: dict[str, list] = {}
         for clip in ground.dataset.select(held_out=True):
-            places.setdefault(clip.name.rpartition("/")[0] or ground.dataset.source,
-                              []).append(clip)
+            place = clip.name.rpartition("/")[0] or ground.dataset.source
+            places.setdefault(place, []).append(clip)
         rows = [{"table": "projection", "clips": place, "depooling": depooling, "normaliser": form,
                  "seed": seed,
-                 **holden.projection(ground, network(seed, depooling, form), places[place])}
+                 **holden.projection(ground, _network(seed, depooling, form), places[place])}
                 for seed in range(arguments.seeds) for depooling, form in LOSS_NETWORKS
                 for place in places]
-        _print(rows, ("clips", "depooling", "normaliser", "seed"), PROJECTION)
+        _print(rows, ("clips", "depooling", "normaliser", "seed"), _PROJECTION_COLUMNS)
         yield rows
-    by_reading = [(form, replace(WEIGHTS[reading], style=s), 1.0) for form, reading, s in READINGS]
+    by_reading = [(form, replace(WEIGHTS[reading], style=s), 1.0) for form, reading, s in _READINGS]
     by_share = [("groups", WEIGHTS["mean_squares"], share) for share in SHARES]
     for name, ways in (("readings", by_reading), ("path", by_share)):
         if name in chosen:
-            rows = _style_rows(arguments, ground, styles, network, name, ways)
-            _print(rows, ("style", "normaliser", "reading", "s", "constraints", "seed"), STYLE)
+            rows = _style_rows(arguments, ground, styles, _network, name, ways)
+            _print(rows, ("style", "normaliser", "reading", "s", "constraints", "seed"),
+                   _STYLE_COLUMNS)
             yield rows
 
 
@@ -158,7 +164,6 @@ def _print(rows, names, numbers):
     print()
     shown = [[*names, *numbers]]
     for row in rows:
-        shown.append([str(row.get(name, "")) for name in names]
-                     + [f"{row[name]:.3g}" if name in row else "" for name in numbers])
-    for line in table(shown):
-        print(line)
+        shown.append([*(str(row.get(name, "")) for name in names),
+                      *(f"{row[name]:.3g}" if name in row else "" for name in numbers)])
+    print("\n".join(table(shown)))

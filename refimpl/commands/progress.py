@@ -2,6 +2,7 @@
 
 import sys
 import time
+from typing import Any
 
 from ..gradcheck.report import columns as table
 from ..holden2017.train import Record
@@ -22,7 +23,7 @@ class Progress:
         self.done, self.began, self.shown = 0, time.monotonic(), 0.0
 
     def step(self, text: str) -> None:
-        """One more step is done, which the text describes."""
+        """Count a step as done and print its line, with `text`, if it is time for one."""
         self.done += 1
         now = time.monotonic()
         if now - self.shown < self.seconds and self.done < self.total:
@@ -48,6 +49,6 @@ def duration(seconds: float) -> str:
 
 
 def epoch_line(record: Record) -> str:
-    """The losses of an epoch in one line."""
+    """The losses, the gradient's norm and the seconds of an epoch in one line."""
     terms = "  ".join(f"{name} {value:.4g}" for name, value in record.losses.items())
     return f"{terms}  |gradient| {record.gradient_norm:.3g}  {record.seconds:.1f} s"

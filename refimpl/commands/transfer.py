@@ -1,6 +1,8 @@
 """`refimpl transfer`: a clip in another style, on its own skeleton, at 60 frames a second."""
 
+import argparse
 import sys
+from typing import Any
 
 import numpy as np
 
@@ -14,15 +16,19 @@ from ..motion.features import bone_lengths, path_length
 from ..motion.joints import SLOT, MappingError, read_mapping
 from .options import InputPath, OutputPath, check_ending, number, whole, write_report
 
-DESCRIPTION = """A clip in another style, on its own skeleton, at 60 frames a second: by a trained network (the system of 2017), or by an
-optimisation that needs no training for a new style (that of 2016): --method optimise --content CLIP.bvh --style S.bvh with either --manifold M.npz, a
-loss network of this package, or --network and --preprocess, the two files of the authors' own network or of `refimpl train-2016`. --form own is this
-package's form of the search, --form coded the one of the 2016 code, statement by statement, which needs the two files, takes the whole
-clip for its content and the first 240 rows of one clip for its style; the code locks no feet: --raw shows what it shows."""
-FORMS = ("own", "coded")
+DESCRIPTION = """A clip in another style, on its own skeleton, at 60 frames a second: by a trained
+network (the system of 2017), or by an optimisation that needs no training for a new style (that of
+2016): --method optimise --content CLIP.bvh --style S.bvh with either --manifold M.npz, a loss
+network of this package, or --network and --preprocess, the two files of the authors' own network or
+of `refimpl train-2016`. --form own is this package's form of the search, --form coded the one of
+the 2016 code, statement by statement, which needs the two files, takes the whole clip for its
+content and the first 240 rows of one clip for its style; the code locks no feet: --raw shows what
+it shows."""
+_FORMS = ("own", "coded")
 
 
-def add_commands(commands):
+def add_commands(commands: Any) -> None:
+    """Add `transfer` to the subparsers of the program."""
     command = commands.add_parser("transfer", help="stylise a BVH clip", description=DESCRIPTION)
     command.add_argument("style_file", metavar="STYLE.npz", nargs="?", type=InputPath,
                          help="what `refimpl train-style` wrote")
@@ -50,19 +56,18 @@ def add_commands(commands):
                        help="one clip or more in the style")
     group.add_argument("--manifold", metavar="M.npz", type=InputPath,
                        help="what `refimpl train-autoencoder` wrote")
-    group.add_argument(
-        "--network", metavar="N.npz", type=InputPath,
-        help="a network of 2016: the authors' network_core.npz, or what `refimpl train-2016` wrote")
+    group.add_argument("--network", metavar="N.npz", type=InputPath,
+                       help="a network of 2016: the authors' network_core.npz, or what "
+                       "`refimpl train-2016` wrote")
     group.add_argument("--preprocess", metavar="P.npz", type=InputPath,
                        help="its normaliser, like the authors' preprocess_core.npz")
-    group.add_argument(
-        "--form", choices=FORMS,
-        help=f"of the search: this package's or the 2016 code's (default: {FORMS[0]})")
-    group.add_argument(
-        "--weight-style", type=number(least=0, below=1), metavar="S", help=
-        f"against 1 - S for the content (default: {own.STYLE['groups']}; coded and with the 2016 "
-        "normaliser "
-        f"{search.AMOUNT:g} / {1 + search.AMOUNT:g})")
+    group.add_argument("--form", choices=_FORMS,
+                       help="of the search: this package's or the 2016 code's "
+                       f"(default: {_FORMS[0]})")
+    group.add_argument("--weight-style", type=number(least=0, below=1), metavar="S",
+                       help="against 1 - S for the content (default: "
+                       f"{own.STYLE_SHARES['groups']}; coded and with the 2016 normaliser "
+                       f"{search.AMOUNT:g} / {1 + search.AMOUNT:g})")
     group.add_argument("--start", choices=("noise", "content"),
                        help=f"where the own search begins (default: {own.Settings.start})")
     group.add_argument("--iterations", type=whole(0), metavar="N",
@@ -71,14 +76,18 @@ def add_commands(commands):
     command.set_defaults(run=run)
 
 
-def run(arguments):
+def run(arguments: argparse.Namespace) -> None:
+    """Stylise a clip, write it and what else was asked for, and print how far its path strays.
+
+    A ValueError says which options do not belong together or what cannot be read.
+    """
     optimised = arguments.method == "optimise"
     content = _check_method(arguments)
     check_ending(arguments.output, ".bvh")
     overrides = read_mapping(arguments.mapping) if arguments.mapping else None
     if optimised:
-        network = bridge.read(arguments.network,
-                              arguments.preprocess) if arguments.network else None
+        network = (bridge.read(arguments.network, arguments.preprocess)
+                   if arguments.network else None)
         manifold = load_manifold(arguments.manifold) if network is None else None
         exemplars = [_exemplar(path, overrides) for path in arguments.style]
         name = " ".join(arguments.style)
@@ -90,43 +99,36 @@ def run(arguments):
         result = _optimise(arguments, take, exemplars, manifold, network)
     else:
         result = transfer(take, style, projected=not arguments.no_projection,
-                          clean=not arguments.raw, own_pace=arguments.own_pace,
-                          networks=networks)
+                          clean=not arguments.raw, own_pace=arguments.own_pace, networks=networks)
     write_bvh(arguments.output, result.clip)
     unit = guess_unit(standing_height(bone_lengths(take.positions)))
-    # of what was written
+    # The distance between the paths that were written and read.
     apart = np.linalg.norm((result.positions - take.positions)[:, SLOT["Hips"], [0, 2]], axis=-1)
     mean, largest, way = float(apart.mean()), float(apart.max()), path_length(take.features)
-    print(
-        f"{arguments.output}: {result.clip.frames} frames at 60 frames/s in style {name}; "
-        f"its path leaves the content's by {mean:.3g} on average, {largest:.3g} at most, of a way "
-        f"of {way:.3g} ({unit})"
-        +
-        ("" if carries_hips(take) else
-         "; the file has no joint with three position channels to carry it: it stays where the "
-         "content is"
-         ))
+    stays = ("" if carries_hips(take) else "; the file has no joint with three position channels "
+             "to carry it: it stays where the content is")
+    print(f"{arguments.output}: {result.clip.frames} frames at 60 frames/s in style {name}; its "
+          f"path leaves the content's by {mean:.3g} on average, {largest:.3g} at most, of a way of "
+          f"{way:.3g} ({unit}){stays}")
     for warning in result.warnings:
         print(f"refimpl: warning: {content}: {warning}", file=sys.stderr)
     if arguments.json:
-        row = {
-            "content": content, "style": name, "result": arguments.output,
-            "frames": result.clip.frames, "fps": result.clip.fps, "mean path error": mean,
-            "largest path error": largest, "way": way, "unit": unit, "path kept": result.kept,
-            "strangeness": None if np.isnan(result.strangeness) else result.strangeness,
-            "warnings": "; ".join(result.warnings)}
+        row = {"content": content, "style": name, "result": arguments.output,
+               "frames": result.clip.frames, "fps": result.clip.fps, "mean path error": mean,
+               "largest path error": largest, "way": way, "unit": unit, "path kept": result.kept,
+               "strangeness": None if np.isnan(result.strangeness) else result.strangeness,
+               "warnings": "; ".join(result.warnings)}
         settings = {key: value for key, value in vars(arguments).items() if key != "run"}
         write_report(arguments.json, "transfer", settings, [row])
     if arguments.plot or arguments.animate:
-        draw(take.positions, result, arguments.plot, arguments.animate, unit)
+        _draw(take.positions, result, arguments.plot, arguments.animate, unit)
 
 
 def _optimise(arguments, take, exemplars, manifold, network):
-    chosen = {
-        "style": arguments.weight_style, "start": arguments.start,
-        "iterations": arguments.iterations}
+    chosen = {"style": arguments.weight_style, "start": arguments.start,
+              "iterations": arguments.iterations}
     chosen = {key: value for key, value in chosen.items() if value is not None}
-    common = {"clean": not arguments.raw, "seed": arguments.seed or 0}
+    common: dict[str, Any] = {"clean": not arguments.raw, "seed": arguments.seed or 0}
     if arguments.form == "coded":
         if "style" in chosen:
             share = chosen.pop("style")
@@ -152,48 +154,38 @@ def _check_method(arguments):
     """
     of_network = {
         "STYLE.npz": arguments.style_file, "CLIP.bvh": arguments.clip,
-        "--no-projection": arguments.no_projection or None, "--own-pace": arguments.own_pace
-        or None}
-    of_optimise = {
-        "--content": arguments.content, "--style": arguments.style,
-        "--manifold": arguments.manifold, "--network": arguments.network,
-        "--preprocess": arguments.preprocess, "--form": arguments.form,
-        "--weight-style": arguments.weight_style, "--start": arguments.start,
-        "--iterations": arguments.iterations, "--seed": arguments.seed}
+        "--no-projection": arguments.no_projection or None,
+        "--own-pace": arguments.own_pace or None}
+    of_optimise = {f"--{name}": getattr(arguments, name.replace("-", "_"))
+                   for name in ("content", "style", "manifold", "network", "preprocess", "form",
+                                "weight-style", "start", "iterations", "seed")}
     optimised = arguments.method == "optimise"
     of_2016 = arguments.network or arguments.preprocess or arguments.form == "coded"
-    needed = ("--content", "--style", *(("--network", "--preprocess") if of_2016 else
-                                        ("--manifold",))) if optimised else ("STYLE.npz",
-                                                                              "CLIP.bvh")
+    model = ("--network", "--preprocess") if of_2016 else ("--manifold",)
+    needed = ("--content", "--style", *model) if optimised else ("STYLE.npz", "CLIP.bvh")
     for name, value in (of_network if optimised else of_optimise).items():
         if value is not None:
-            hint = {
-                "STYLE.npz": "leave it out; the style is --style S.bvh",
-                "CLIP.bvh": "give the clip with --content"}.get(name, "leave it out")
-            raise ValueError(
-                f"transfer: found {name} with --method {arguments.method}, which has no use for "
-                "it; "
-                + (hint if optimised else "try --method optimise"))
+            hint = {"STYLE.npz": "leave it out; the style is --style S.bvh",
+                    "CLIP.bvh": "give the clip with --content"}.get(name, "leave it out")
+            raise ValueError(f"transfer: found {name} with --method {arguments.method}, which has "
+                             "no use for it; " + (hint if optimised else "try --method optimise"))
     missing = [name for name in needed if (of_optimise if optimised else of_network)[name] is None]
     if missing:
-        raise ValueError(
-            f"transfer: found no {', '.join(missing)}, needed {', '.join(needed)} with --method "
-            f"{arguments.method}")
+        raise ValueError(f"transfer: found no {', '.join(missing)}, needed {', '.join(needed)} "
+                         f"with --method {arguments.method}")
     if of_2016 and arguments.manifold:
-        raise ValueError(
-            "transfer: found --manifold beside a network of 2016, needed one of them; the coded "
-            "form is for the latter: leave --manifold out")
+        raise ValueError("transfer: found --manifold beside a network of 2016, needed one of them; "
+                         "the coded form is for the latter: leave --manifold out")
     if arguments.form == "coded" and arguments.start:
-        raise ValueError(
-            "transfer: found --start with --form coded, which always begins at noise; leave it out")
+        raise ValueError("transfer: found --start with --form coded, which always begins at noise; "
+                         "leave it out")
     if arguments.form == "coded" and len(arguments.style) > 1:
-        raise ValueError(
-            f"transfer: found {len(arguments.style)} clips for --style with --form coded, needed "
-            "one, as the 2016 code takes")
+        raise ValueError(f"transfer: found {len(arguments.style)} clips for --style with --form "
+                         "coded, needed one, as the 2016 code takes")
     return arguments.content if optimised else arguments.clip
 
 
-def draw(content, result, picture, animation, unit):
+def _draw(content, result, picture, animation, unit):
     """The picture and the animation of a transfer."""
     from ..pictures import player as animate, plot
     motions = {"content": content, "result": result.positions}

@@ -25,6 +25,7 @@ convolution of `conv` is the definition; `tiled` says how nearly both agree. One
 its tile.
 """
 
+from concurrent.futures import Executor
 import functools
 from typing import Any
 
@@ -50,7 +51,9 @@ class Plan:
     array([8., 8., 8., 8., 8.])
     """
 
-    def __init__(self, B, T, C, O, K, dtype, *, left, T_out=None, n=None, pool=None, threads=1):
+    def __init__(self, B: int, T: int, C: int, O: int, K: int, dtype: Any, *, left: int,
+                 T_out: int | None = None, n: int | None = None, pool: Executor | None = None,
+                 threads: int = 1) -> None:
         self.shape, self.T_out, self.left = (B, T, C, O, K), T if T_out is None else T_out, left
         self.n = n or best_tile(B, self.T_out, C, O, K)
         self.L = self.n - K + 1
@@ -63,7 +66,7 @@ class Plan:
         self.padded = np.zeros((B, skip + frames, C), dtype)
         self.input = self.padded[:, begin:begin + T]
         self.signal = _overlapping(self.padded[:, skip:], self.tiles, self.n, self.L)
-        self._arrays = {}
+        self._arrays: dict[tuple, np.ndarray] = {}
 
     def spectra(self, w: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
         """The filters' part, which can be kept while they do not change.
@@ -213,8 +216,8 @@ def best_tile(B: int, T: int, C: int, O: int, K: int) -> int:
     >>> best_tile(8, 240, 64, 64, 25), best_tile(1, 240, 256, 256, 25)
     (64, 44)
     """
-    def cost(n: int) -> float:
+    def _cost(n: int) -> float:
         L, rows = n - K + 1, B * -(-T // (n - K + 1))
         return 1.5 * n * (4 * -(-rows // 4) + 16) * C * O + rows * n * (n * C + L * O)
     smallest = 4 * -(-(K + 7) // 4)
-    return min(range(smallest, smallest + 8 * K, 4), key=cost)
+    return min(range(smallest, smallest + 8 * K, 4), key=_cost)

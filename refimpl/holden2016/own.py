@@ -23,27 +23,32 @@ numbers of steps. Its own are:
 - several exemplars count as one long one, and contacts are not among the numbers.
 """
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from ..holden2017 import losses, networks as text
-from ..holden2017.objective import (CONSTRAINTS, WEIGHTS as TRAINING, Batch, Weights, column,
-                                    denormalise, term_losses, term_losses_backward)
+from ..holden2017.objective import (CONSTRAINTS, WEIGHTS, Batch, Weights, column, denormalise,
+                                    term_losses, term_losses_backward)
 from ..holden2017.train import annealed
-from ..holden2017.transfer import onto_skeleton
+from ..holden2017.trained import Manifold
+from ..holden2017.transfer import Stylised, onto_skeleton
 from ..motion.body import to_scale
 from ..motion.features import FEATURES, VELOCITIES, bone_lengths
 from . import search
 
-STYLE = {"groups": 0.003, "2016": search.AMOUNT / (1 + search.AMOUNT)}          # s by the normaliser's form
-# of the constraints, for centimetres
-WEIGHTS = replace(TRAINING["norm"], foot=0.001)
+# s by the normaliser's form, and the weights of the constraints for centimetres.
+STYLE_SHARES = {"groups": 0.003, "2016": search.AMOUNT / (1 + search.AMOUNT)}
+CONSTRAINT_WEIGHTS = replace(WEIGHTS["norm"], foot=0.001)
 
 
 @dataclass(frozen=True)
 class Settings:
-    """style : s against c = 1 - s, that of STYLE unless given;  start : "noise" or "content";
+    """What both searches do.
+
+    style : s against c = 1 - s, that of STYLE_SHARES unless given;  start : "noise" or "content";
     iterations and first rate of Adam, of both searches.   Raises ValueError.
     """
 
@@ -54,7 +59,7 @@ class Settings:
     constraint_iterations: int = 100
     constraint_rate: float = 0.01
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.style is not None and not 0 <= self.style <= 1:
             raise ValueError(f"style: found {self.style}, needed a share from 0 to 1")
         if self.start not in ("noise", "content"):
@@ -68,79 +73,94 @@ class Settings:
                 raise ValueError(f"{name}: found {getattr(self, name)}, needed a positive number")
 
 
-def hidden_loss(H, content, gram, *, style):
+def hidden_loss(H: np.ndarray, content: np.ndarray, gram: np.ndarray, *,
+                style: float) -> np.ndarray:
     """The first search's loss.   H, content : (N, m, T // 2), gram : (N, m, m), style : s  ->  (N,)
+
+    >>> H = np.ones((1, 2, 3))
+    >>> hidden_loss(H, 0 * H, np.full((1, 2, 2), 3.0), style=0.25)     # the Gram matrix is met
+    array([0.75])
     """
     return (losses.style_loss(gram, H, s=style, reading="mean_squares")
             + losses.content_loss(content, H, c=1 - style, reading="mean_squares"))
 
 
-def hidden_loss_backward(dloss, H, content, gram, *, style):
-    """dloss : (N,)  ->  dH (N, m, T // 2)"""
-    return (
-        losses.style_loss_backward(dloss, gram, H, s=style, reading="mean_squares")[1]
-        + losses.content_loss_backward(dloss, content, H, c=1 - style, reading="mean_squares")[1])
+def hidden_loss_backward(dloss: np.ndarray, H: np.ndarray, content: np.ndarray, gram: np.ndarray,
+                         *, style: float) -> np.ndarray:
+    """The gradient of `hidden_loss`.   dloss : (N,)  ->  dH (N, m, T // 2)"""
+    return (losses.style_loss_backward(dloss, gram, H, s=style, reading="mean_squares")[1]
+            + losses.content_loss_backward(dloss, content, H, c=1 - style,
+                                           reading="mean_squares")[1])
 
 
-def decoded_loss(H, target, params, mean, deviation, weights=Weights()):
+def decoded_loss(H: np.ndarray, target: Batch, params: Mapping[str, np.ndarray], mean: np.ndarray,
+                 deviation: np.ndarray, weights: Weights = Weights()) -> np.ndarray:
     """The second search's loss, of the decoded motion.
-    H : (N, m, T // 2), target : Batch, params : W0, b0  ->  (N,)
+
+    H : (N, m, T // 2);  target : Batch;  params : W0, b0;  mean, deviation : (66,)  ->  (N,)
     """
-    return sum(
-        term_losses(denormalise(text.decode(H, params), mean, deviation), target, CONSTRAINTS,
-                    weights).values())
+    motion = denormalise(text.decode(H, params), mean, deviation)
+    return np.add.reduce([*term_losses(motion, target, CONSTRAINTS, weights).values()])
 
 
-def decoded_loss_backward(dloss, H, target, params, mean, deviation, weights=Weights(),
-                          networks=text):
-    """dloss : (N,)  ->  dH (N, m, T // 2)"""
+def decoded_loss_backward(dloss: np.ndarray, H: np.ndarray, target: Batch,
+                          params: Mapping[str, np.ndarray], mean: np.ndarray,
+                          deviation: np.ndarray, weights: Weights = Weights(),
+                          networks: Any = text) -> np.ndarray:
+    """The gradient of `decoded_loss`.   dloss : (N,)  ->  dH (N, m, T // 2)"""
     X = networks.decode(H, params)
     dmotion = term_losses_backward(dloss, denormalise(X, mean, deviation), target, CONSTRAINTS,
                                    weights)
     return networks.decode_backward_to_input(dmotion * column(deviation, X), H, params)
 
 
-def minimise(H, backward, iterations, rate):
+def minimise_annealed(H: np.ndarray, backward: Callable[[np.ndarray], np.ndarray], iterations: int,
+                      rate: float) -> np.ndarray:
     """Adam on hidden units, its rate annealed like that of a training (`train.annealed`).
-    backward : H ->  dH   ->  H
+
+    backward : H ->  dH;  rate : the first   ->  H
+
+    >>> minimise_annealed(np.zeros((1, 1, 1)), lambda H: 2 * (H - 1), 200, 0.1).round(3)
+    array([[[1.]]])
     """
     return search.minimise(H, None, backward, iterations, epsilon=1e-8,
                            rate=lambda step: annealed(rate, step, iterations))
 
 
-def optimise(features, contacts, exemplars, manifold, *, bones=None, settings=Settings(),
-             weights=None, seed=0, networks=text):
+def optimise(features: np.ndarray, contacts: np.ndarray, exemplars: Sequence[np.ndarray],
+             manifold: Manifold, *, bones: np.ndarray | None = None,
+             settings: Settings = Settings(), weights: Weights | None = None, seed: int = 0,
+             networks: Any = text) -> np.ndarray:
     """Content features in the style of the exemplars, all on the manifold's scale.
 
     features : (T, 66);  contacts : (T, 4);  exemplars : list of (T_e, 66);  bones : (20,) lengths
     to keep, the manifold's unless given;  weights : of the constraints, for the manifold's unit,
-    WEIGHTS unless given;  seed : of the noise;  networks : who computes encode, decode and its
-    gradient, `fast.networks` say   ->  (T, 66).   Raises ValueError.
+    CONSTRAINT_WEIGHTS unless given;  seed : of the noise;  networks : who computes encode, decode
+    and its gradient, `fast.networks` say   ->  (T, 66).   Raises ValueError.
     """
     if not exemplars:
         raise ValueError("exemplars: found none, needed at least one clip in the style")
     params, normaliser = manifold.params, manifold.normaliser
-    weights = weights or WEIGHTS.fitted(manifold.leg)
-    s = STYLE[normaliser.form] if settings.style is None else settings.style
+    weights = weights or CONSTRAINT_WEIGHTS.fitted(manifold.leg)
+    s = STYLE_SHARES[normaliser.form] if settings.style is None else settings.style
     even, planted = search.even(features), search.even(contacts)
     X = manifold.network_input(even)
     one = np.ones(1, X.dtype)
     content = networks.encode(X, params)
-    gram = losses.style_target(
-        [networks.encode(manifold.network_input(pairs(e)), params)[0] for e in exemplars],
-        content.shape[2])[None]
+    gram = losses.style_target([networks.encode(manifold.network_input(pairs(e)), params)[0]
+                                for e in exemplars], content.shape[2])[None]
     start = content
     if settings.start == "noise":
-        start = networks.encode(
-            search.noise(np.random.default_rng([seed, 4]), X.shape[2], FEATURES).astype(X.dtype), params)
+        noise = search.noise(np.random.default_rng([seed, 4]), X.shape[2], FEATURES)
+        start = networks.encode(noise.astype(X.dtype), params)
 
-    H = minimise(start, lambda H: hidden_loss_backward(one, H, content, gram, style=s),
-                 settings.iterations, settings.rate)
+    H = minimise_annealed(start, lambda H: hidden_loss_backward(one, H, content, gram, style=s),
+                          settings.iterations, settings.rate)
     styled = networks.decode(H, params)
     path = walked_as(even[:, VELOCITIES], manifold.motion(styled)[:, VELOCITIES])
     target = Batch(X, None, planted.T[None].astype(X.dtype),
                    manifold.bones if bones is None else bones, path.T[None].astype(X.dtype))
-    H = minimise(
+    H = minimise_annealed(
         networks.encode(styled, params), lambda H: decoded_loss_backward(
             one, H, target, params, normaliser.mean, normaliser.deviation, weights, networks),
         settings.constraint_iterations, settings.constraint_rate)
@@ -149,31 +169,39 @@ def optimise(features, contacts, exemplars, manifold, *, bones=None, settings=Se
     return moved[:len(features)]
 
 
-def walked_as(content, result):
+def walked_as(content: np.ndarray, result: np.ndarray) -> np.ndarray:
     """A root's velocities with the mean speed of another's; it turns as before.
-    (T, 3), (T, 3): turn, forward, sideways  ->  (T, 3)
+
+    content, result : (T, 3), turn, forward, sideways  ->  (T, 3)
+
+    >>> walked_as(np.array([[0.5, 3.0, 4.0]]), np.array([[9.0, 0.0, 10.0]]))
+    array([[0.5, 6. , 8. ]])
     """
     speed, wanted = (float(np.linalg.norm(v[:, 1:], axis=1).mean()) for v in (content, result))
     return content * np.array([1.0, *[wanted / speed if speed > 0 else 1.0] * 2])
 
 
-def pairs(features):
+def pairs(features: np.ndarray) -> np.ndarray:
     """An even number of frames, for the pooling.   (T, 66)  ->  (T - T % 2, 66), or one frame twice
+
+    >>> pairs(np.zeros((5, 66))).shape, pairs(np.zeros((1, 66))).shape
+    ((4, 66), (2, 66))
     """
-    return features[:len(features)
-                    - len(features) % 2] if len(features) > 1 else np.repeat(features, 2, axis=0)
+    T = len(features)
+    return features[:T - T % 2] if T > 1 else np.repeat(features, 2, axis=0)
 
 
-def transfer(take, exemplars, manifold, *, clean=True, settings=Settings(), weights=None, seed=0,
-             networks=text):
+def transfer(take: Any, exemplars: Sequence[Any], manifold: Manifold, *, clean: bool = True,
+             settings: Settings = Settings(), weights: Weights | None = None, seed: int = 0,
+             networks: Any = text) -> Stylised:
     """Stylise a take by optimisation; its bones keep their own lengths.
 
-    Take, list of Take in the style, Manifold;  clean : see `transfer.onto_skeleton`
+    take : Take;  exemplars : Takes in the style;  clean : see `transfer.onto_skeleton`
     ->  `transfer.Stylised`
     """
     size = manifold.leg / take.leg
     moved = optimise(to_scale(take.features, take.leg, manifold.leg), take.contacts,
-                     [to_scale(e.features, e.leg, manifold.leg)
-                      for e in exemplars], manifold, bones=bone_lengths(take.positions) * size,
-                     settings=settings, weights=weights, seed=seed, networks=networks)
+                     [to_scale(e.features, e.leg, manifold.leg) for e in exemplars], manifold,
+                     bones=bone_lengths(take.positions) * size, settings=settings, weights=weights,
+                     seed=seed, networks=networks)
     return onto_skeleton(take, to_scale(moved, manifold.leg, take.leg), clean=clean)

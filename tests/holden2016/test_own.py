@@ -59,7 +59,7 @@ def test_adam_takes_the_steps_of_algorithm_1():
     params, state = {"H": H}, nn.adam_start({"H": H})
     for step in range(1, 8):
         params, state = nn.adam_step(params, {"H": backward(params["H"])}, state, rate=annealed(0.03, step, 7))
-    np.testing.assert_array_equal(own.minimise(H, backward, 7, 0.03), params["H"])
+    np.testing.assert_array_equal(own.minimise_annealed(H, backward, 7, 0.03), params["H"])
     np.testing.assert_array_equal(H, problem(6)[0])
 
 
