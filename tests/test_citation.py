@@ -16,14 +16,16 @@ def test_every_line_is_a_key_or_an_item():
 
 
 def test_the_required_keys_and_the_release():
-    assert {"cff-version", "message", "title", "authors"} <= set(TOP) and TOP["cff-version"] == "1.2.0"
+    assert {"cff-version", "message", "title", "authors"} <= set(TOP)
+    assert TOP["cff-version"] == "1.2.0"
     assert TOP["version"] == refimpl.__version__ and TOP["license"] == "MIT"
     assert '  - name: "The refimpl authors"\n' in TEXT
 
 
 def test_each_paper_has_title_authors_and_year():
     assert [re.findall("family-names: (.*)", paper) for paper in PAPERS] == [
-        ["Holden", "Habibie", "Kusajima", "Komura"], ["Holden", "Saito", "Komura"], ["Torresani", "Hackney", "Bregler"]]
+        ["Holden", "Habibie", "Kusajima", "Komura"], ["Holden", "Saito", "Komura"],
+        ["Torresani", "Hackney", "Bregler"]]
     for paper in PAPERS:
         assert len(re.findall("given-names: ", paper)) == len(re.findall("family-names: ", paper))
         assert 'title: "' in paper and re.search(r"    year: 20\d\d\n", paper)
