@@ -14,13 +14,15 @@ def _network_samples(rng):
     n = rng.standard_normal
     return [Sample("plain", (n((2, 4, 8)), n((5, 4, 3)), n(5))),
             Sample("a frame left over", (n((1, 3, 7)), n((4, 3, 5)), n(4))),
-            Sample("one clip two frames", (n((1, 3, 2)), n((4, 3, 5)), n(4)))]
+            Sample("one clip two frames", (n((1, 3, 2)), n((4, 3, 5)), n(4))),
+            Sample("filters of even width", (n((2, 3, 6)), n((4, 3, 4)), n(4)))]
 
 
 def _decode_samples(rng):
     n = rng.standard_normal
     return [Sample("plain", (n((2, 5, 4)), n((5, 4, 3)), n(5))),
             Sample("one hidden frame", (n((1, 4, 1)), n((4, 3, 5)), n(4))),
+            Sample("filters of even width", (n((1, 4, 3)), n((4, 3, 4)), n(4))),
             Sample("depooling by chance", (n((2, 5, 4)), n((5, 4, 3)), n(5)),
                    {"chosen": rng.integers(2, size=(2, 5, 4))})]
 
@@ -29,12 +31,21 @@ def _autoencoder_samples(rng):
     n = rng.standard_normal
     arrays = (n((2, 4, 8)), distinct(rng, 5, 4, 3) / 60, distinct(rng, 5) / 5)
     return [Sample("means", arrays), Sample("as printed", arrays, {"mean": False, "alpha": 0.3}),
-            Sample("depooling by chance", arrays, {"chosen": rng.integers(2, size=(2, 5, 4))})]
+            Sample("depooling by chance", arrays, {"chosen": rng.integers(2, size=(2, 5, 4))}),
+            Sample("filters of even width", (n((1, 3, 6)), distinct(rng, 4, 3, 4) / 48,
+                                             distinct(rng, 4) / 4)),
+            # One filter reads one of two rows, where both frames are 1:   Z = 3 + 1 twice, a tie.
+            # H = 4,  D = H / 2 - 1 = 1,  errors 3 - 1 twice, -1 and -5,  dH = dZ = 3 for frame 0.
+            ruled("a tie between frames", (np.array([[[1.0, 1], [1, 5]]]),
+                                           np.array([[[3.0], [0]]]), np.ones(1)), 8.9, 1.0,
+                  [[[8.0, -1], [0.5, 2.5]]], [[[5.1], [0.0]]], [-2.9], attributes={"alpha": 0.3})]
 
 
 def _transform_samples(rng):
     shapes = ((2, 4, 7), (3, 4, 3), (3,), (5, 3, 3), (5,), (4, 5, 3), (4,))
-    return [Sample("plain", tuple(map(rng.standard_normal, shapes)))]
+    widths = ((2, 3, 9), (4, 3, 5), (4,), (2, 4, 3), (2,), (3, 2, 4), (3,))
+    return [Sample("plain", tuple(map(rng.standard_normal, shapes))),
+            Sample("three widths", tuple(map(rng.standard_normal, widths)))]
 
 
 def _content_samples(rng):

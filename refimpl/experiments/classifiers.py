@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..holden2017.model import Manifold
+from ..holden2017.trained import Manifold
 from ..motion.features import POSITIONS
 from ..nn import gram
 from ..torresani2006.pca import principal_axes, standardisation

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 import numpy as np
 
 from ..motion.features import facing
-from ..motion.footing import checked_positions
+from ..motion.features import checked_positions
 from ..motion.joints import SLOT
 from ..storage import atomic_write
 

@@ -40,8 +40,8 @@ def test_at_least_a_hundred_cases_enter_the_fast_path(monkeypatch):
     entered = 0
     for case in cases(operations=OFFERED):
         made.clear()
-        outcome = judge_all(BACKEND, [case])
-        entered += bool(made) and any(o.status == "passed" for o in outcome)
+        assert all(o.status in ("passed", "skipped") for o in judge_all(BACKEND, [case]))
+        entered += bool(made)
     assert entered >= 100, entered
 
 

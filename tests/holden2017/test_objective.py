@@ -15,6 +15,9 @@ from refimpl.fast.gradients import StyleStep
 from refimpl.motion.joints import BONES
 
 
+ONE_BY_ONE = 500         # of a larger array a sample of so many elements, and all of them along a line
+
+
 def problem(seed=3, frames=8, hidden=6, reading="norm"):
     """A small but complete case: T, the loss network, a target with every term, all in float64."""
     rng = np.random.default_rng(seed)
@@ -33,7 +36,7 @@ def problem(seed=3, frames=8, hidden=6, reading="norm"):
 def test_gradient_of_the_whole_loss_through_the_output(reading):
     _, target, L, mean, deviation, weights = problem(reading=reading)
     nn.check_gradient(lambda O: sum(objective.motion_losses(O, target, L, mean, deviation, weights).values()),
-                      lambda d, O: objective.motion_losses_backward(d, O, target, L, mean, deviation, weights), target.I * 0.9)
+                      lambda d, O: objective.motion_losses_backward(d, O, target, L, mean, deviation, weights), target.I * 0.9, elements=ONE_BY_ONE)
 
 
 @pytest.mark.parametrize("seed, reading", list(enumerate(READINGS, start=1)))
@@ -48,7 +51,7 @@ def test_gradient_of_the_whole_loss_through_T(seed, reading):
         gradients = objective.total_loss_backward(float(d), dict(zip(names, arrays)), *rest)
         return tuple(gradients[name] for name in names)
 
-    nn.check_gradient(f, backward, *T.values(), names=names, seed=seed)
+    nn.check_gradient(f, backward, *T.values(), names=names, seed=seed, elements=ONE_BY_ONE)
 
 
 def test_weights_follow_the_unit():
@@ -197,7 +200,7 @@ def test_terms_from_outside_are_summed_named_and_trained_with(order):
     names = tuple(T)
     nn.check_gradient(lambda *a: np.asarray(objective.total_loss(dict(zip(names, a)), batch, L, mean, deviation, weights, terms=terms)[0]),
                       lambda d, *a: tuple(objective.total_loss_backward(float(d), dict(zip(names, a)), batch, L, mean, deviation, weights, terms=terms)[n] for n in names),
-                      *T.values(), names=names)
+                      *T.values(), names=names, elements=ONE_BY_ONE)
     found = objective.total_loss(T, batch, L, mean, deviation, weights, terms=terms)[1]
     assert tuple(found) == tuple(term.name for term in terms) and found["acceleration"] > 0 and found["energy"] > 0
     fast, gradients = StyleStep(2, 8, T, L, mean, deviation, weights, terms)(T, batch)

@@ -30,7 +30,7 @@ def run(source, names, where):
     return printed.getvalue()
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=None)
 def before_each_check(path):
     """What a notebook knows before each exercise, all earlier ones being answered.   ->  {exercise: (names, source of the check)}"""
     names, known, exercise = {"__name__": "__main__"}, {}, ""
