@@ -80,7 +80,8 @@ def run(arguments: argparse.Namespace) -> None:
     arguments.out.mkdir(parents=True, exist_ok=True)
     classifiers = evaluate.fit_classifiers(chosen, manifold, dataset.leg)
     print(f"judges fitted on {len(chosen)} clips that no network learnt on")
-    reference = {s.name: [classifiers["joints"].embed(to_scale(c.features, dataset.leg, manifold.leg))
+    embed = classifiers["joints"].embed
+    reference = {s.name: [embed(to_scale(c.features, dataset.leg, manifold.leg))
                           for c in chosen if c.style == s.name] for s in styles}
     rows: list[dict[str, Any]] = []
     windows: dict[tuple[str, str], list[np.ndarray]] = {}
@@ -93,8 +94,9 @@ def run(arguments: argparse.Namespace) -> None:
     distances = evaluate.frechet_distances(windows, reference)
     lines = evaluate.summarise_systems(rows, distances)
     by_style = {
-        style.name: evaluate.summarise_systems([r for r in rows if r["style"] == style.name],
-                                     {k: d for k, d in distances.items() if k[0] == style.name})
+        style.name: evaluate.summarise_systems(
+            [r for r in rows if r["style"] == style.name],
+            {k: d for k, d in distances.items() if k[0] == style.name})
         for style in styles}
     first = contents[styles[0].name][0]
     speed = evaluate.table_1(to_scale(first.features, dataset.leg, manifold.leg), first.contacts,

@@ -2,7 +2,6 @@
 
 import sys
 import time
-from typing import Any
 
 from ..gradcheck.report import columns as table
 from ..holden2017.train import Record

@@ -2,7 +2,6 @@
 
 import argparse
 from dataclasses import replace
-import json
 from pathlib import Path
 from typing import Any
 
@@ -168,7 +167,7 @@ def run_synthesise(arguments: argparse.Namespace) -> None:
 def _choice_rows(database, made):
     rows = [["content", "alpha", *(f"predicted {effort}" for effort in EFFORTS), "from", "to"]]
     for choice, content in zip(made.choices, contents_of(database, made.pieces)):
-        rows.append([content, f"{choice.alpha:.2f}", *(f"{x:.2f}" for x in choice.predicted),
+        rows.append([str(content), f"{choice.alpha:.2f}", *(f"{x:.2f}" for x in choice.predicted),
                      database.fragments[choice.i].name, database.fragments[choice.j].name])
     return rows
 
@@ -187,7 +186,7 @@ def run_experiment(arguments: argparse.Namespace) -> None:
     cast = (experiment.folder_cast(arguments.folder, arguments.pattern) if arguments.folder
             else experiment.embedded_cast())
     database, seed = cast.database, arguments.seed
-    contents = dict.fromkeys(fragment.content for fragment in database.fragments)
+    contents = dict.fromkeys(str(fragment.content) for fragment in database.fragments)
     print(f"1/4  {len(database.fragments)} fragments: {', '.join(contents)} by "
           f"{', '.join(dict.fromkeys(cast.performer))}; styles of the computed observer")
     progress = Progress(arguments.splits, "     split")

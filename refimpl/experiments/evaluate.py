@@ -88,7 +88,7 @@ def carry_out(take: Take, exemplars: Sequence[np.ndarray], style: Style,
     ->  yields (system, Stylised, seconds that its mathematics took, without reading and writing)
     """
     manifold, content = style.manifold, to_scale(take.features, take.leg, style.manifold.leg)
-    stylise(content, style, networks=networks)                   # its spectra are kept for all clips
+    stylise(content, style, networks=networks)             # its spectra are kept for all clips
     if network is not None:
         began = time.perf_counter()
         result = bridge.transfer(take, decode(exemplars[0], Start()), network, clean=False,
@@ -243,9 +243,10 @@ def table_1(features: np.ndarray, contacts: np.ndarray, exemplars: Sequence[np.n
     for count in frames:
         times = -(-count // len(features))
         X, planted = (np.tile(a, (times, 1))[:count] for a in (features, contacts))
-        works = {OWN: lambda: optimise(X, planted, exemplars, style.manifold, settings=settings,
-                                       networks=networks),
-                 "2017": lambda: stylise(X, style, networks=networks)}
+        works: dict[str, Any] = {
+            OWN: lambda: optimise(X, planted, exemplars, style.manifold, settings=settings,
+                                  networks=networks),
+            "2017": lambda: stylise(X, style, networks=networks)}
         if network is not None:
             works = {CODED: coded_search(X, planted, exemplars[0], network, settings), **works}
         seconds: dict[str, list[float]] = {name: [] for name in works}

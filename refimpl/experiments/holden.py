@@ -64,7 +64,7 @@ def ground(takes: Mapping[str, Take], labels: Mapping[str, tuple[str, str]], sou
 
     labels : {name: (content, style)};  source : where they are from;  learn, classify : see Ground.
     """
-    dataset = assemble(takes.items(), labels, source, 0.0)
+    dataset = assemble(takes.items(), dict(labels), source, 0.0)
     clips = tuple(replace(c, held_out=bool(re.search(kept_out, c.name))) for c in dataset.clips)
     return Ground(replace(dataset, clips=clips), learn, classify)
 
@@ -79,12 +79,16 @@ def learn_manifold(ground: Ground, *, depooling: str = "random", form: str = "gr
     return Manifold(params, normaliser, ground.dataset.leg, ground.dataset.bones, depooling)
 
 
-def lesson_of(ground: Ground, manifold: Manifold, style: str) -> tuple[TrainingSet, dict[str, list]]:
-    """What T learns this style on: contents of all styles.   ->  TrainingSet, {content: exemplars}"""
+def lesson_of(ground: Ground, manifold: Manifold,
+              style: str) -> tuple[TrainingSet, dict[str, list]]:
+    """What T learns this style on: contents of all styles.
+
+    ->  TrainingSet, {content: exemplars}
+    """
     everyone = ",".join(ground.dataset.styles)
-    lesson, _, exemplars = make_training_set(ground.dataset, manifold, style, content_style=everyone,
-                                             clips=ground.learn, exemplars=ground.learn,
-                                             networks=networks)
+    lesson, _, exemplars = make_training_set(
+        ground.dataset, manifold, style, content_style=everyone, clips=ground.learn,
+        exemplars=ground.learn, networks=networks)
     return lesson, exemplars
 
 

@@ -6,6 +6,7 @@ serve (strides, dilation, groups, sums for means, depooling by choice in `decode
 definition's.
 """
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -22,9 +23,10 @@ from .stylist import Stylist
 T_NAMES = ("W1", "b1", "W2", "b2", "W3", "b3")
 Constants = dict[str, Any]
 
-conv1d, conv1d_backward, conv_transpose1d, conv_transpose1d_backward = (
-    partial(f, narrowest=1) for f in (conv.conv1d, conv.conv1d_backward, conv.conv_transpose1d,
-                                      conv.conv_transpose1d_backward))
+conv1d = partial(conv.conv1d, narrowest=1)
+conv1d_backward = partial(conv.conv1d_backward, narrowest=1)
+conv_transpose1d = partial(conv.conv_transpose1d, narrowest=1)
+conv_transpose1d_backward = partial(conv.conv_transpose1d_backward, narrowest=1)
 
 
 def encode(X: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
@@ -33,7 +35,7 @@ def encode(X: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
 
 
 def encode_backward(dH: np.ndarray, X: np.ndarray, W0: np.ndarray,
-                    b0: np.ndarray) -> tuple[np.ndarray, ...]:
+                    b0: np.ndarray) -> tuple[np.ndarray | None, ...]:
     """The gradient of `encode` by tiles."""
     Z = conv1d(X, W0, b0)
     dZ = nn.max_pool1d_backward(nn.relu_backward(dH, nn.max_pool1d(Z)), Z)
@@ -96,12 +98,13 @@ def total_loss_backward(dloss: Any, *arrays: np.ndarray, reading: str = "norm",
 
 def _problem(arrays, reading, c):
     step = gradients.style_gradients({"W0": c["W0"], "b0": c["b0"]}, c["mean"], c["deviation"],
-                                    WEIGHTS[reading])
+                                     WEIGHTS[reading])
     batch = Batch(c["I"], c["gram"], c["contacts"], c["bones"], c["trajectory"], c["hidden"])
     return step, dict(zip(T_NAMES, arrays)), batch
 
 
-BACKEND = {f.__name__: f for f in (encode, encode_backward, decode, transform, autoencoder_loss,
-                                   autoencoder_loss_backward, total_loss, total_loss_backward)}
-BACKEND |= {f.func.__name__: f for f in (conv1d, conv1d_backward, conv_transpose1d,
-                                         conv_transpose1d_backward)}
+BACKEND: dict[str, Callable] = {
+    "conv1d": conv1d, "conv1d_backward": conv1d_backward, "conv_transpose1d": conv_transpose1d,
+    "conv_transpose1d_backward": conv_transpose1d_backward,
+    **{f.__name__: f for f in (encode, encode_backward, decode, transform, autoencoder_loss,
+                               autoencoder_loss_backward, total_loss, total_loss_backward)}}

@@ -99,8 +99,8 @@ class Plan:
         self._synthesise(self.G, Y, y)
         return y.reshape(B, self.tiles * self.L, O)[:, :self.T_out]
 
-    def backward(self, dy: np.ndarray, spectra: np.ndarray, *, to_input: bool = True,
-                 to_filters: bool = True) -> tuple[np.ndarray | None, np.ndarray | None]:
+    def backward(self, dy: np.ndarray, spectra: np.ndarray | None, *, to_input: bool = True,
+                 to_filters: bool = True) -> tuple[Any, Any]:
         """dy (B, T_out, O)  ->  dx (B, T, C) or None, dw (O, C, K) or None. The gradient of the
         filters needs `forward` (or `analyse`) before it.
 

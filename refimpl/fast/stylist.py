@@ -30,7 +30,9 @@ class Stylist:
 
     def __init__(self, params: Params | None, loss_network: Params | None, *, threads: int = 1,
                  block: int = BLOCK):
-        layers = [] if params is None else [(params[f"W{i}"], params[f"b{i}"]) for i in (1, 2, 3)]
+        layers: list[tuple] = []
+        if params is not None:
+            layers = [(params[f"W{i}"], params[f"b{i}"]) for i in (1, 2, 3)]
         self.encoder, self.tied = len(layers), True              # the number of L's first layer
         if loss_network is not None:
             W0, b0 = loss_network["W0"], loss_network["b0"]

@@ -20,7 +20,7 @@ HIDDEN, WIDTH, CHANNELS = 256, 25, 128
 DEPOOLING = ("random", "average")                  # while L learns; it runs with averages
 
 Params = Mapping[str, np.ndarray]
-Gradients = dict[str, np.ndarray]
+Gradients = dict[str, Any]
 
 
 def uniform_filters(rng: np.random.Generator, c_out: int, c_in: int, width: int,
@@ -226,7 +226,7 @@ def autoencoder_gradients(alpha: float) -> Callable[[Params, Reconstruction],
     ->  (params, Reconstruction) -> {"loss": scalar}, gradients
     """
     def of_batch(params: Params, batch: Reconstruction) -> tuple[dict[str, Any], Gradients]:
-        how = {"alpha": alpha, "noisy": batch.noisy, "chosen": batch.chosen}
+        how: dict[str, Any] = {"alpha": alpha, "noisy": batch.noisy, "chosen": batch.chosen}
         loss = autoencoder_loss(batch.X, params, **how)
         return {"loss": loss}, autoencoder_loss_backward(1.0, batch.X, params, **how)[1]
 
@@ -266,7 +266,7 @@ def transform_backward(dY: np.ndarray, X: np.ndarray,
 
     dY : (N, 66, T), X : (N, 66, T)  ->  dX, gradients with the keys of params
     """
-    g = {}
+    g: dict[str, Any] = {}
     Z1 = nn.conv1d(X, params["W1"], params["b1"])
     A1 = nn.relu(Z1)
     Z2 = nn.conv1d(A1, params["W2"], params["b2"])

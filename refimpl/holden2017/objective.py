@@ -47,8 +47,9 @@ class Weights:
         0.2
         """
         share = HIDDEN / hidden if self.reading == "mean_squares" else 1.0
-        fitted = {term.name: term.weight_of(self) * ((leg / LEG) ** term.power * share)
-                  for term in EQUATION_10 if term.power}
+        fitted: dict[str, Any] = {
+            term.name: term.weight_of(self) * ((leg / LEG) ** term.power * share)
+            for term in EQUATION_10 if term.power}
         return replace(self, **fitted, turn=self.turn * (leg / LEG) ** 2)
 
 

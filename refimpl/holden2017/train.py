@@ -143,7 +143,9 @@ def _batches(rng, count, size):
 
 def _epoch(state, epoch, batches, step, rate):
     """Run one epoch.   step : (params, indices) -> losses, gradients   ->  Record, State"""
-    began, sums, norms = time.perf_counter(), {}, []
+    began = time.perf_counter()
+    sums: dict[str, float] = {}
+    norms = []
     params, adam = state.params, state.adam
     for number, indices in enumerate(batches, start=1):
         with np.errstate(over="ignore", invalid="ignore"):       # what is not finite is told below

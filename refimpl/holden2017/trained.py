@@ -1,5 +1,5 @@
-"""What training leaves: a manifold (the loss network) and a style (a transformation network with its
-manifold). `refimpl.styles.files` writes and reads them."""
+"""What training leaves: a manifold (the loss network) and a style (a transformation network with
+its manifold). `refimpl.styles.files` writes and reads them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

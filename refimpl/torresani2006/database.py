@@ -198,7 +198,7 @@ def train(database: Database, kind: str = "kernel ridge", *, blends: int = BLEND
     styles = made.styles
     if database.labelled:
         computed = np.array([observe(f, database.observer) for f in database.fragments])
-        i, j, a = *made.pairs.T, made.alpha[:, None]
+        (i, j), a = made.pairs.T, made.alpha[:, None]
         between = [(1 - a) * e[i] + a * e[j] for e in (database.styles, computed)]
         styles = np.clip(between[0] + styles - between[1], -3, 3)
     of_content = _first_partners(database)

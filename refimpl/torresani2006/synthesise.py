@@ -290,7 +290,7 @@ def restyle(Y: Fragment, pieces: Sequence[Piece], database: Database, model: Sty
                      tuple(choices))
 
 
-def observed_style(fragment: Fragment, cuts: Sequence[int], contents: Sequence[str],
+def observed_style(fragment: Fragment, cuts: Sequence[int], contents: Sequence[str | None],
                    observer: Observer) -> np.ndarray:
     """The computed observer on a motion of several actions: the mean of what it sees in each, those
     of fewer than four frames left out.
@@ -305,6 +305,6 @@ def observed_style(fragment: Fragment, cuts: Sequence[int], contents: Sequence[s
     return np.mean([observe(part, observer, content) for part, content in parts], axis=0)
 
 
-def contents_of(database: Database, pieces: Sequence[Piece]) -> list[str]:
+def contents_of(database: Database, pieces: Sequence[Piece]) -> list[str | None]:
     """The content of each piece, that of the fragment it matches."""
     return [database.fragments[piece.fragment].content for piece in pieces]
