@@ -41,12 +41,12 @@ def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride:
     strange = not np.isfinite(w).all()
     for n, o, t in np.ndindex(y.shape):
         first = o // (O // groups) * Cg
-        for c, k in np.ndindex(Cg, K):
+        for k in range(K):                                       # and the Cg channels at once
             s = t * stride + k * dilation - left
             if 0 <= s < T:
-                y[n, o, t] += w[o, c, k] * x[n, first + c, s]
+                y[n, o, t] += np.sum(w[o, :, k] * x[n, first:first + Cg, s])
             elif strange:                                        # 0 times infinity is NaN
-                y[n, o, t] += w[o, c, k] * 0.0
+                y[n, o, t] += np.sum(w[o, :, k] * 0.0)
         if b is not None:
             y[n, o, t] += b[o]
     return y
