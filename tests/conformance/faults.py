@@ -228,6 +228,12 @@ FAULTS = (
     Fault("tied filters receive one gradient of two", "autoencoder_loss_backward", tied_filters_once),
     Fault("the second relu of T forgotten", "transform", lambda X, W1, b1, W2, b2, W3, b3: nn.conv1d(nn.conv1d(nn.relu(nn.conv1d(X, W1, b1)), W2, b2), W3, b3)),
     Fault("batch summed, not averaged", "total_loss_backward", lambda d, *arrays, **k: tuple(g * g.dtype.type(len(k["I"])) for g in GOOD["total_loss_backward"](d, *arrays, **k))),
+    Fault("places counted from the window's begin", "max_pool1d_indices", changed("max_pool1d_indices", lambda found, *a: found % 2)),
+    Fault("of two values for one place the first stands", "max_unpool1d",
+          lambda h, indices, length: GOOD["max_unpool1d"](h[:, :, ::-1].copy(), indices[:, :, ::-1].copy(), length)),
+    Fault("two of the square forgotten", "sum_squares_backward", changed("sum_squares_backward", lambda g, *a: g / 2)),
+    Fault("a mean over the batch too", "mean_squares", changed("mean_squares", lambda y, *a: np.full_like(y, y.mean()) if y.size else y)),
+    Fault("the second gradient with the sign of the first", "absolute_error_backward", changed("absolute_error_backward", lambda g, *a: -g, 1)),
     *(Fault(*fault) for fault in faults_2016.FAULTS + faults_torresani.FAULTS),
 )
 
