@@ -10,7 +10,7 @@ import numpy as np
 
 from ..holden2017 import networks, objective
 
-T_NAMES = "W1 b1 W2 b2 W3 b3"
+T_NAMES = " ".join(networks.T_NAMES)
 
 
 def spelled_out(network_backward: Callable[..., Any], names: str, doc: str) -> Callable[..., Any]:

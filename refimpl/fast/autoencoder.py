@@ -1,18 +1,14 @@
 r"""Losses and gradients of one batch of the loss network's training, as `gradients` has those of
 the style network's; `holden2017.networks.autoencoder_loss` and its backward are the definition."""
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
-from ..holden2017.networks import Reconstruction
+from ..holden2017.networks import Found, Params, Reconstruction
 from ..nn.sums import wide_sum
 from .decoder import (check_even, half_filters, half_filters_backward, pool_into, taps, unpool_into)
 from .spectral import Plan
-
-Params = Mapping[str, np.ndarray]
-Found = tuple[dict[str, Any], dict[str, np.ndarray]]
 
 
 def autoencoder_gradients(alpha: float) -> Callable[[Params, Reconstruction], Found]:

@@ -14,13 +14,13 @@ import numpy as np
 
 from .. import nn
 from ..holden2017 import networks as text
+from ..holden2017.networks import T_NAMES
 from ..holden2017.objective import WEIGHTS, Batch
-from . import conv, gradients
+from . import autoencoder, conv, gradients
 from .decoder import half_filters, taps
 from .spectral import Plan
 from .stylist import Stylist
 
-T_NAMES = ("W1", "b1", "W2", "b2", "W3", "b3")
 Constants = dict[str, Any]
 
 conv1d = partial(conv.conv1d, narrowest=1)
@@ -65,7 +65,7 @@ def autoencoder_loss(X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *, alpha: fl
     params = {"W0": W0, "b0": b0}
     if not mean:
         return text.autoencoder_loss(X, params, alpha=alpha, mean=mean, chosen=chosen)
-    loss, _ = gradients.autoencoder_gradients(alpha)(params, text.Reconstruction(X, None, chosen))
+    loss, _ = autoencoder.autoencoder_gradients(alpha)(params, text.Reconstruction(X, None, chosen))
     return X.dtype.type(loss["loss"])
 
 
@@ -78,7 +78,7 @@ def autoencoder_loss_backward(
     if mean:
         batch = text.Reconstruction(X, None, chosen)
         g = {name: W0.dtype.type(dloss) * gradient for name, gradient
-             in gradients.autoencoder_gradients(alpha)(params, batch)[1].items()}
+             in autoencoder.autoencoder_gradients(alpha)(params, batch)[1].items()}
     return dX, g["W0"], g["b0"]
 
 

@@ -8,23 +8,17 @@ loss network, decode at half resolution, and keep every large array from step to
 channel-last, (B, T, C). What comes back lasts until the next call.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from ..holden2017.networks import T_NAMES, Found, Params
 from ..holden2017.objective import (CONTENT, EQUATION_10, STYLE, Batch, Terms, Weights, denormalise,
                                     reading, term_losses, term_losses_backward)
 from ..nn.sums import wide_sum
-from .autoencoder import autoencoder_gradients
 from .decoder import check_even, pool_into, unpool_into
 from .spectral import Plan
-
-__all__ = ["StyleStep", "autoencoder_gradients", "style_gradients"]
-
-Params = Mapping[str, np.ndarray]
-Found = tuple[dict[str, Any], dict[str, np.ndarray]]
 
 
 def style_gradients(loss_network: Params, mean: np.ndarray, deviation: np.ndarray, weights: Weights,
@@ -190,7 +184,7 @@ class StyleStep:
         dA *= np.greater(two.input, 0, out=self.masks[0])
         gradients["b1"] = wide_sum(dA, (0, 1))
         gradients["W1"] = one.backward(dA, None, to_input=False)[1]
-        return {name: gradients[name] for name in ("W1", "b1", "W2", "b2", "W3", "b3")}
+        return {name: gradients[name] for name in T_NAMES}
 
 
 def _read(r, reading):

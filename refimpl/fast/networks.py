@@ -5,18 +5,15 @@ decode and its gradient, transform, project.
 notice when a filter has changed.
 """
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from .. import nn
+from ..holden2017.networks import Params
 from .conv import conv1d, conv_transpose1d
 from .stylist import Stylist
 
 KEPT = 4                                                         # networks
 _kept: list[tuple[dict[str, np.ndarray], Stylist]] = []
-
-Params = Mapping[str, np.ndarray]
 
 
 def encode(X: np.ndarray, params: Params) -> np.ndarray:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-Found = tuple[dict[str, Any], dict[str, np.ndarray]]
+from ..holden2017.networks import Found
 
 _kept = threading.local()
 

@@ -5,17 +5,16 @@ at half resolution, long clips in blocks.
 (tested).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from ..holden2017.networks import Params
 from .decoder import half_filters, taps
 from .spectral import Plan
 
 BLOCK = 1920       # frames computed at a time: what they need stays in the processor's cache
-
-Params = Mapping[str, np.ndarray]
 
 
 class Stylist:

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..holden2017.networks import even as even_frames
 from ..holden2017.trained import Manifold
 from ..holden2017.transfer import Stylised, onto_skeleton
 from ..motion import features as f66
@@ -131,7 +132,9 @@ class Network:
         """P(X) = L+(L(X)); an odd last frame is doubled and dropped again.
         (T, 66), (T, 4)  ->  (T, 66)
         """
-        even, planted = search.even(features), None if contacts is None else search.even(contacts)
+        even, planted = even_frames(features, axis=0), None
+        if contacts is not None:
+            planted = even_frames(contacts, axis=0)
         return self.decode(self.encode(even, planted))[:len(features)]
 
     def manifold(self) -> Manifold:
@@ -198,7 +201,7 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
     if not len(windows):
         raise ValueError(f"style: found {len(wanted)} rows, needed more than {rows.SHORTEST} at 60 "
                          "a second")
-    content = search.even(content)
+    content = even_frames(content, axis=0)
     start = search.noise(np.random.default_rng([seed, 4]), len(content))
     found = search.transfer(content, windows[0], network.params, network.normaliser, start=start,
                             amount=amount, iterations=iterations,

@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 
 from ..holden2017 import losses, networks as text
+from ..holden2017.networks import even as even_frames
 from ..holden2017.objective import (CONSTRAINTS, WEIGHTS, Batch, Weights, column, denormalise,
                                     term_losses, term_losses_backward)
 from ..holden2017.train import annealed
@@ -143,7 +144,7 @@ def optimise(features: np.ndarray, contacts: np.ndarray, exemplars: Sequence[np.
     params, normaliser = manifold.params, manifold.normaliser
     weights = weights or CONSTRAINT_WEIGHTS.fitted(manifold.leg)
     s = STYLE_SHARES[normaliser.form] if settings.style is None else settings.style
-    even, planted = search.even(features), search.even(contacts)
+    even, planted = even_frames(features, axis=0), even_frames(contacts, axis=0)
     X = manifold.network_input(even)
     one = np.ones(1, X.dtype)
     content = networks.encode(X, params)

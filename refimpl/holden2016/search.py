@@ -125,17 +125,6 @@ def decoded_motion_backward(dmotion: np.ndarray, H: np.ndarray, params: Params,
     return nn.avg_depool1d_backward(dD, H)
 
 
-def even(frames: np.ndarray) -> np.ndarray:
-    """Frames in an even number, the last one doubled, for the pooling.
-
-    frames : (T, n)  ->  (T + T % 2, n)
-
-    >>> even(np.array([[1], [2], [3]])).ravel().tolist()
-    [1, 2, 3, 3]
-    """
-    return np.concatenate([frames, frames[-1:]]) if len(frames) % 2 else frames
-
-
 def constrained_loss(H: np.ndarray, params: Params, normaliser: Normaliser, contacts: np.ndarray,
                      wanted: np.ndarray) -> np.ndarray:
     """`losses.constraint_loss` of the decoded motion, in units.

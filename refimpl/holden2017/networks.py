@@ -21,6 +21,8 @@ DEPOOLING = ("random", "average")                  # while L learns; it runs wit
 
 Params = Mapping[str, np.ndarray]
 Gradients = dict[str, Any]
+Found = tuple[dict[str, Any], Gradients]                         # losses by name, gradients
+T_NAMES = ("W1", "b1", "W2", "b2", "W3", "b3")                   # parameters of T
 
 
 def uniform_filters(rng: np.random.Generator, c_out: int, c_in: int, width: int,
@@ -150,13 +152,15 @@ def project(X: np.ndarray, params: Params) -> np.ndarray:
     return decode(encode(even(X), params), params)[:, :, :X.shape[2]]
 
 
-def even(X: np.ndarray) -> np.ndarray:
-    """The last frame doubled where the number of frames is odd.   (N, C, T)  ->  (N, C, T + T % 2)
+def even(X: np.ndarray, axis: int = -1) -> np.ndarray:
+    """The last frame doubled where the number of frames, those along the axis, is odd.
+
+    (N, C, T)  ->  (N, C, T + T % 2)
 
     >>> even(np.array([[[1.0, 2, 3]]]))
     array([[[1., 2., 3., 3.]]])
     """
-    return np.concatenate([X, X[:, :, -1:]], axis=2) if X.shape[2] % 2 else X
+    return np.concatenate([X, X.take([-1], axis)], axis) if X.shape[axis] % 2 else X
 
 
 def autoencoder_loss(X: np.ndarray, params: Params, *, alpha: float = 0.01, mean: bool = True,
@@ -220,12 +224,12 @@ class Reconstruction:
 
 
 def autoencoder_gradients(alpha: float) -> Callable[[Params, Reconstruction],
-                                                    tuple[dict[str, Any], Gradients]]:
+                                                    Found]:
     """What training asks for each batch, by the definition.
 
     ->  (params, Reconstruction) -> {"loss": scalar}, gradients
     """
-    def of_batch(params: Params, batch: Reconstruction) -> tuple[dict[str, Any], Gradients]:
+    def of_batch(params: Params, batch: Reconstruction) -> Found:
         how: dict[str, Any] = {"alpha": alpha, "noisy": batch.noisy, "chosen": batch.chosen}
         loss = autoencoder_loss(batch.X, params, **how)
         return {"loss": loss}, autoencoder_loss_backward(1.0, batch.X, params, **how)[1]

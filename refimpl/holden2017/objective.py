@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from . import losses
-from .networks import (HIDDEN, Gradients, Params, encode, encode_backward_to_input, transform,
-                       transform_backward)
+from .networks import (HIDDEN, Found, Gradients, Params, encode, encode_backward_to_input,
+                       transform, transform_backward)
 
 LEG = 80.0                                        # centimetres, for which the weights are
 
@@ -249,12 +249,12 @@ def total_loss_backward(dloss: Any, params: Params, batch: Batch, loss_network: 
 
 def style_gradients(loss_network: Params, mean: np.ndarray, deviation: np.ndarray,
                     weights: Weights = Weights(), terms: Terms = EQUATION_10,
-                    ) -> Callable[[Params, Batch], tuple[dict[str, Any], Gradients]]:
+                    ) -> Callable[[Params, Batch], Found]:
     """What training asks for each batch, by the definition.
 
     ->  (params, Batch) -> {term: scalar}, gradients
     """
-    def of_batch(params: Params, batch: Batch) -> tuple[dict[str, Any], Gradients]:
+    def of_batch(params: Params, batch: Batch) -> Found:
         constants = (params, batch, loss_network, mean, deviation, weights)
         return (total_loss(*constants, terms=terms)[1],
                 total_loss_backward(1.0, *constants, terms=terms))

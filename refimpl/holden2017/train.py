@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import nn
 from .trained import Manifold
-from .networks import (CHANNELS, DEPOOLING, HIDDEN, WIDTH, Gradients, Params, Reconstruction,
+from .networks import (CHANNELS, DEPOOLING, HIDDEN, WIDTH, Found, Gradients, Params, Reconstruction,
                        autoencoder_gradients, init_loss_network, init_transformation_network)
 from .objective import EQUATION_10, Terms, Weights, style_gradients
 from .pairing import TrainingSet
@@ -79,7 +79,7 @@ def train_autoencoder(X: np.ndarray, *, epochs: int, batch: int = BATCH,
     for epoch in range(state.epoch + 1, epochs + 1):
         rng = np.random.default_rng([seed, 1, epoch])
 
-        def step(params: Params, indices: np.ndarray) -> tuple[dict[str, Any], Gradients]:
+        def step(params: Params, indices: np.ndarray) -> Found:
             clean = X[indices]
             keep = rng.random(clean.shape, dtype=np.float32) >= dropout
             noisy = clean * keep * X.dtype.type(1 / (1 - dropout)) if dropout else None
@@ -111,7 +111,7 @@ def train_style(training_set: TrainingSet, manifold: Manifold, *, epochs: int,
     of_batch = gradients(manifold.params, normaliser.mean, normaliser.deviation, weights,
                          tuple(terms))
 
-    def step(params: Params, indices: np.ndarray) -> tuple[dict[str, Any], Gradients]:
+    def step(params: Params, indices: np.ndarray) -> Found:
         found, g = of_batch(params, training_set.batch(indices))
         return {"loss": sum(found.values()), **found}, g
 

@@ -21,5 +21,5 @@ def relu_backward(dy: np.ndarray, x: np.ndarray) -> np.ndarray:
     >>> relu_backward(np.full(4, 5.0), np.array([-1.0, 0.0, 2.0, np.nan]))
     array([0., 0., 5., 0.])
     """
-    check_arrays(x=x, dy=dy, real=True, shape=np.shape(x), because=", the shape of x")
+    check_arrays(x=x, dy=dy, real=True, shape=x, because=", the shape of x")
     return np.where(x > 0, dy, dy.dtype.type(0))

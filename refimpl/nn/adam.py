@@ -87,7 +87,7 @@ def _check(params, gradients, state, variant, **numbers):
         _check_keys(what, other, params, f"the keys of params, {sorted(params)}")
         for name, p in params.items():
             check_arrays(**{f"params[{name!r}]": p, f"{what}[{name!r}]": other[name]}, real=True,
-                         shape=np.shape(p), because=", the shape of the parameter")
+                         shape=p, because=", the shape of the parameter")
 
 
 def _check_keys(what, found, keys, needed):

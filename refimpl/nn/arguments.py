@@ -13,13 +13,13 @@ LARGEST = 2 ** 31 - 1             # of a width, stride, padding ...: an index th
 
 
 def check_arrays(*, ndim: Mapping[str, int] = {}, real: bool = False,
-                 shape: Sequence[int] | None = None, because: str = ", the shape of the output",
+                 shape: Any = None, because: str = ", the shape of the output",
                  **arrays: Any) -> None:
     """Raise ValueError unless all arrays of a call are of one precision and of the right shape.
 
     arrays : by the names that errors call them; only b, the bias, may be None
     ndim : {name: number of dimensions needed};   real : whether complex numbers are refused
-    shape, because : what the last of the arrays must have, and why
+    shape, because : what the last of the arrays must have, or one of them that has it, and why
 
     >>> check_arrays(x=np.zeros(3), w=np.zeros(3, "float32"))
     Traceback (most recent call last):
@@ -45,7 +45,7 @@ def check_arrays(*, ndim: Mapping[str, int] = {}, real: bool = False,
             raise ValueError(f"{name}: found dtype {dtype}, needed the precision of {first}, "
                              f"{precision}; try {name}.astype({first}.dtype)")
     if shape is not None:
-        check_shape(name, array, shape, because)
+        check_shape(name, array, getattr(shape, "shape", shape), because)
 
 
 def check_shape(name: str, array: Any, shape: Sequence[int], because: str = "") -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .arguments import check_arrays
+from .arguments import check_arrays, check_shape
 
 
 def gram(h: np.ndarray) -> np.ndarray:
@@ -31,5 +31,6 @@ def gram_backward(dG: np.ndarray, h: np.ndarray) -> np.ndarray:
     array([[[2., 4.],
             [0., 0.]]])
     """
-    check_arrays(h=h, dG=dG, ndim={"h": 3}, shape=np.shape(h)[:2] + np.shape(h)[1:2])
+    check_arrays(h=h, dG=dG, ndim={"h": 3})
+    check_shape("dG", dG, h.shape[:2] + h.shape[1:2], ", the shape of the output")
     return (dG + dG.swapaxes(1, 2)) @ h

@@ -211,7 +211,7 @@ def _check(r, mean=False, **upstream):
 
 
 def _check_pair(x, y, reduction, real=False):
-    check_arrays(x=x, y=y, real=real, shape=np.shape(x), because=", the shape of x")
+    check_arrays(x=x, y=y, real=real, shape=x, because=", the shape of x")
     if reduction not in ("none", "mean", "sum"):
         raise ValueError(f"reduction: found {reduction!r}, needed 'none', 'mean' or 'sum'")
     if reduction == "mean" and not x.size:

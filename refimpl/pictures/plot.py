@@ -17,8 +17,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 import numpy as np
 
-from ..motion.features import facing
-from ..motion.features import checked_positions
+from ..motion.features import checked_positions, facing
 from ..motion.joints import SLOT
 from ..storage import atomic_write
 

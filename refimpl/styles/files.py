@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..holden2017.losses import READINGS
-from ..holden2017.networks import DEPOOLING
+from ..holden2017.networks import DEPOOLING, T_NAMES
 from ..holden2017.objective import WEIGHED, Weights
 from ..holden2017.trained import Manifold, Style
 from ..motion.features import FEATURES, LEG_RANGE
@@ -22,7 +22,6 @@ _FACTS = {"leg": float, "source": str, "normaliser": str, "depooling": str}
 _STYLE_LISTS = ("contents", "exemplar_contents", "learned", "exemplars")
 _STYLE_FACTS = {**_FACTS, "name": str, **dict.fromkeys(_STYLE_LISTS, list), "reading": str,
                 "usual": float}
-_T = ("W1", "b1", "W2", "b2", "W3", "b3")
 
 
 def save_manifold(path: str | Path, manifold: Manifold) -> None:
@@ -50,9 +49,9 @@ def save_style(path: str | Path, style: Style) -> None:
 def load_style(path: str | Path) -> Style:
     """Read a Style.   Raises FormatError when its parts do not fit each other."""
     arrays, facts = load_npz(path, "style", STYLE_VERSION, (
-        "W0", "b0", *_T, "weights", "pieces", "piece_scale", *_BODY), _STYLE_FACTS)
+        "W0", "b0", *T_NAMES, "weights", "pieces", "piece_scale", *_BODY), _STYLE_FACTS)
     manifold = _manifold(path, arrays, facts)
-    params = {name: arrays[name] for name in _T}
+    params = {name: arrays[name] for name in T_NAMES}
     sizes = [FEATURES, params["b1"].size, params["b2"].size, FEATURES]
     for layer in (1, 2, 3):
         _check_filters(path, params, f"W{layer}", f"b{layer}", sizes[layer], sizes[layer - 1])
