@@ -21,7 +21,7 @@ from .gradcheck.gradient import check_gradient, upstream
 from .gradcheck.report import Row, verdicts
 
 TOLERANCE = 1e-10     # against the package's own function, relative to the largest element
-OWN = "the package's own function"
+OWN_FUNCTION = "the package's own function"
 
 
 def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapping[str, tuple], *,
@@ -126,12 +126,14 @@ def _compare(name, found, expected, tolerance):
     found, expected = np.asarray(found, float), np.asarray(expected, float)
     off, bound = differences(found, expected), tolerance * max(largest(expected), TINY)
     good = off <= bound
-    row = Row(name, bool((off == 0).all()), bool(good.all()), float(off.max(initial=0.0)), OWN)
+    row = Row(name, bool((off == 0).all()), bool(good.all()), float(off.max(initial=0.0)),
+              OWN_FUNCTION)
     if good.all():
         return row, None
     worst = np.unravel_index(int(np.argmax(off)), off.shape)
     where = ", ".join(str(int(n)) for n in worst)
-    return row, (f"{name}[{where}]: {describe(found[worst], expected[worst], bound)} by {OWN}; "
+    said = describe(found[worst], expected[worst], bound)
+    return row, (f"{name}[{where}]: {said} by {OWN_FUNCTION}; "
                  f"{int((~good).sum())} of {good.size} elements are wrong.")
 
 

@@ -1,4 +1,6 @@
-"""What all tests share: the real clips where REFIMPL_MOCAP names their folder, and hypothesis without deadlines."""
+"""What all tests share: the real clips where REFIMPL_MOCAP names their folder, and hypothesis
+without deadlines.
+"""
 
 import os
 from pathlib import Path
@@ -6,20 +8,25 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-hypothesis.settings.register_profile("refimpl", deadline=None, derandomize=True, max_examples=int(os.environ.get("REFIMPL_EXAMPLES", "40")),
+hypothesis.settings.register_profile("refimpl", deadline=None, derandomize=True,
+                                     max_examples=int(os.environ.get("REFIMPL_EXAMPLES", "40")),
                                      suppress_health_check=[hypothesis.HealthCheck.too_slow])
 hypothesis.settings.load_profile("refimpl")
 
 
 @pytest.fixture(scope="session")
 def mocap():
-    """The folder of real clips. Without it these tests are skipped, or fail when REFIMPL_REQUIRE_MOCAP is set (as CI does)."""
+    """The folder of real clips. Without it these tests are skipped, or fail when
+    REFIMPL_REQUIRE_MOCAP is set (as CI does).
+    """
     return _folder("REFIMPL_MOCAP", "of real clips")
 
 
 @pytest.fixture(scope="session")
 def witness():
-    """The folder of numbers that the authors' own code produced; found, skipped or required like that of the clips."""
+    """The folder of numbers that the authors' own code produced; found, skipped or required like
+    that of the clips.
+    """
     return _folder("REFIMPL_WITNESS", "with numbers of the authors' code")
 
 

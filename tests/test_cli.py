@@ -1,4 +1,6 @@
-"""The command line from BVH to BVH, and every wrong input that a newcomer might give it: one line, status 2, nothing left behind."""
+"""The command line from BVH to BVH, and every wrong input that a newcomer might give it: one line,
+status 2, nothing left behind.
+"""
 
 import dataclasses
 import json
@@ -22,7 +24,8 @@ def folder(tmp_path_factory):
     for content in ("walk", "jog"):
         for number in range(2):
             for style in ("normal", "old"):
-                made = synthetic.make_clip(content, style, synthetic.person(number), seconds=4.5, seed=number)
+                made = synthetic.make_clip(content, style, synthetic.person(number), seconds=4.5,
+                                           seed=number)
                 bvh.write_bvh(out / f"{content}_{style}_{number}.bvh", made.clip)
     return out
 
@@ -32,10 +35,11 @@ def models(folder, tmp_path_factory):
     """motions.npz, manifold.npz and old.npz, trained for two epochs only."""
     out = tmp_path_factory.mktemp("models")
     assert main(["prepare", str(folder), "-o", str(out / "motions.npz"), "--hold-out", "0.5"]) == 0
-    assert main(["train-autoencoder", str(out / "motions.npz"), "-o", str(out / "manifold.npz"), "--epochs", "2", "--hidden", "12",
-                 "--width", "9"]) == 0
-    assert main(["train-style", str(out / "motions.npz"), str(out / "manifold.npz"), "--style", "old", "-o", str(out / "old.npz"),
-                 "--epochs", "2", "--channels", "8", "--width", "9", "--report", str(out / "old.json"), "--curves", str(out / "old.png")]) == 0
+    assert main(["train-autoencoder", str(out / "motions.npz"), "-o", str(out / "manifold.npz"),
+                 "--epochs", "2", "--hidden", "12", "--width", "9"]) == 0
+    assert main(["train-style", str(out / "motions.npz"), str(out / "manifold.npz"), "--style",
+                 "old", "-o", str(out / "old.npz"), "--epochs", "2", "--channels", "8", "--width",
+                 "9", "--report", str(out / "old.json"), "--curves", str(out / "old.png")]) == 0
     return out
 
 
@@ -48,51 +52,70 @@ def test_every_step_leaves_its_file(models):
 
 def test_transfer_keeps_skeleton_and_frames(models, folder, tmp_path, capsys):
     out = tmp_path / "stylised walk.bvh"
-    assert main(["transfer", str(models / "old.npz"), str(folder / "walk_normal_1.bvh"), "-o", str(out), "--plot", str(tmp_path / "strip.png"),
-                 "--animate", str(tmp_path / "moving.html")]) == 0
+    assert main(["transfer", str(models / "old.npz"), str(folder / "walk_normal_1.bvh"), "-o",
+                 str(out), "--plot", str(tmp_path / "strip.png"), "--animate",
+                 str(tmp_path / "moving.html")]) == 0
     content, result = bvh.read_bvh(folder / "walk_normal_1.bvh"), bvh.read_bvh(out)
     assert result.joints == content.joints and result.frames == content.frames and result.fps == 60
     assert np.abs(result.values - content.values).max() > 1
     assert (tmp_path / "strip.png").read_bytes()[:4] == b"\x89PNG"
-    assert "</html>" in (tmp_path / "moving.html").read_text() or "<script" in (tmp_path / "moving.html").read_text()
+    assert ("</html>" in (tmp_path / "moving.html").read_text()
+            or "<script" in (tmp_path / "moving.html").read_text())
     assert "60 frames/s in style 'old'" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("still", [False, True])
-def test_a_path_has_its_yardstick_and_a_clip_out_of_range_its_warning(models, folder, tmp_path, capsys, still):
-    """A network of two epochs leaves any path; of one who stands still it is told, the path is kept, and the command is done and good."""
+def test_a_path_has_its_yardstick_and_a_clip_out_of_range_its_warning(models, folder, tmp_path,
+                                                                      capsys, still):
+    """A network of two epochs leaves any path; of one who stands still it is told, the path is
+    kept, and the command is done and good.
+    """
     clip = bvh.read_bvh(folder / "walk_normal_1.bvh")
     values = np.repeat(clip.values[:1], 300, axis=0) if still else clip.values
     bvh.write_bvh(tmp_path / "in.bvh", dataclasses.replace(clip, values=values))
     style = load_style(models / "old.npz")
-    save_style(tmp_path / "old.npz", dataclasses.replace(style, known=known([take.read_take(path).features for path in sorted(folder.iterdir())])))
-    assert main(["transfer", str(tmp_path / "old.npz"), str(tmp_path / "in.bvh"), "-o", str(tmp_path / "out.bvh"), "--json", str(tmp_path / "out.json")]) == 0
+    save_style(tmp_path / "old.npz",
+               dataclasses.replace(style,
+                                   known=known([take.read_take(path).features
+                                                for path in sorted(folder.iterdir())])))
+    assert main(["transfer", str(tmp_path / "old.npz"), str(tmp_path / "in.bvh"), "-o",
+                 str(tmp_path / "out.bvh"), "--json", str(tmp_path / "out.json")]) == 0
     said, row = capsys.readouterr(), json.loads((tmp_path / "out.json").read_text())["rows"][0]
-    assert "of a way of" in said.out and row["path kept"] and row["mean path error"] < 0.2 * row["way"] + 5
-    assert f"refimpl: warning: {tmp_path / 'in.bvh'}: the style would leave a way of" in said.err and "path is kept" in row["warnings"]
-    assert ("nothing like what the style learnt on" in said.err) is still and (row["strangeness"] > 1.5) is still
+    assert ("of a way of" in said.out and row["path kept"]
+            and row["mean path error"] < 0.2 * row["way"] + 5)
+    assert (f"refimpl: warning: {tmp_path / 'in.bvh'}: the style would leave a way of" in said.err
+            and "path is kept" in row["warnings"])
+    assert (("nothing like what the style learnt on" in said.err) is still
+            and (row["strangeness"] > 1.5) is still)
 
 
 def test_weights_of_a_reading_and_of_the_file(models, tmp_path):
-    """What train-style was told stands in the file, fitted to unit and units; what it was not told is the reading's own."""
+    """What train-style was told stands in the file, fitted to unit and units; what it was not told
+    is the reading's own.
+    """
     for reading, style, foot in (("norm", 0.06, 0.01), ("mean_squares", 0.01, 2e-4 * 256 / 12)):
-        assert main(["train-style", str(models / "motions.npz"), str(models / "manifold.npz"), "--style", "old", "-o", str(tmp_path / "a.npz"), "--epochs", "1",
-                     "--channels", "2", "--width", "3", "--reading", reading, "--weight-content", "0.7"]) == 0
+        assert main(["train-style", str(models / "motions.npz"), str(models / "manifold.npz"),
+                     "--style", "old", "-o", str(tmp_path / "a.npz"), "--epochs", "1", "--channels",
+                     "2", "--width", "3", "--reading", reading, "--weight-content", "0.7"]) == 0
         made = load_style(tmp_path / "a.npz")
         factor = (80 / made.manifold.leg) ** 2
-        assert (made.weights.reading, made.weights.content, made.weights.style) == (reading, 0.7, style)
-        np.testing.assert_allclose([made.weights.foot, made.weights.turn], [foot * factor, 1e4 / factor])
+        assert ((made.weights.reading, made.weights.content, made.weights.style)
+                == (reading, 0.7, style))
+        np.testing.assert_allclose([made.weights.foot, made.weights.turn],
+                                   [foot * factor, 1e4 / factor])
 
 
 def test_inspect(folder, capsys):
     assert main(["inspect", str(folder / "walk_old_0.bvh")]) == 0
     out = capsys.readouterr().out
-    for words in ("21 joints", "60 frames/s", "centimetres", "y is up", "LeftFinger", "XYZ pos ZXY"):
+    for words in ("21 joints", "60 frames/s", "centimetres", "y is up", "LeftFinger",
+                  "XYZ pos ZXY"):
         assert words in out
 
 
 def no_feet(path, folder):
-    text = (folder / "walk_old_0.bvh").read_text().replace("LeftFoot", "Paw").replace("RightFoot", "Hoof")
+    text = (folder / "walk_old_0.bvh").read_text().replace("LeftFoot",
+                                                           "Paw").replace("RightFoot", "Hoof")
     path.write_text(text)
     return path
 
@@ -108,7 +131,9 @@ def not_a_bvh(path, folder):
     return path
 
 
-@pytest.mark.parametrize("make, words", [(no_feet, "found no joint for LeftFoot, RightFoot"), (truncated, "needed"), (not_a_bvh, "needed HIERARCHY"),
+@pytest.mark.parametrize("make, words",
+                         [(no_feet, "found no joint for LeftFoot, RightFoot"),
+                          (truncated, "needed"), (not_a_bvh, "needed HIERARCHY"),
                                          (lambda path, folder: path, "No such file")])
 @pytest.mark.parametrize("command", ["transfer", "prepare", "inspect"])
 def test_bad_clips(make, words, command, models, folder, tmp_path, capsys):
@@ -117,14 +142,17 @@ def test_bad_clips(make, words, command, models, folder, tmp_path, capsys):
     clip = make(source / "walk_normal_9.bvh", folder)
     out = tmp_path / "out.bvh"
     arguments = {"transfer": ["transfer", str(models / "old.npz"), str(clip), "-o", str(out)],
-                 "prepare": ["prepare", str(source), "-o", str(out)], "inspect": ["inspect", str(clip)]}[command]
+                 "prepare": ["prepare", str(source), "-o", str(out)],
+                 "inspect": ["inspect", str(clip)]}[command]
     status = main(arguments)
     captured = capsys.readouterr()
-    if command == "inspect" and make is no_feet:                 # what was found is shown all the same
+    # what was found is shown all the same
+    if command == "inspect" and make is no_feet:
         assert "missing" in captured.out and "LeftUpLeg" in captured.out
     if command == "prepare" and not clip.exists():
         words = "found no BVH file"
-    assert status == 2 and words in captured.err and captured.err.count("\n") <= 2 and "Traceback" not in captured.err
+    assert (status == 2 and words in captured.err and captured.err.count("\n") <= 2
+            and "Traceback" not in captured.err)
     assert "refimpl: error:" in captured.err.splitlines()[-1]
     assert not out.exists() and {p.name for p in tmp_path.iterdir()} <= {"in"}
 
@@ -139,44 +167,65 @@ def test_other_wrong_input(models, folder, tmp_path, capsys):
             (["prepare", str(empty), "-o", out], "found no BVH file"),
             (["prepare", str(tmp_path / "nowhere"), "-o", out], "no such folder"),
             (["prepare", str(folder), "-o", out, "--pattern", "("], "needed a regular expression"),
-            (["prepare", str(folder), "-o", out, "--pattern", "(?P<content>x)"], "needed the named groups"),
-            (["prepare", str(folder), "-o", out, "--pattern", "(?P<content>X)(?P<style>Y)"], "found no clip with labels"),
-            (["prepare", str(folder), "-o", out, "--labels", str(labels)], "labels.csv:2: found no clip 'nothing'"),
+            (["prepare", str(folder), "-o", out, "--pattern", "(?P<content>x)"],
+             "needed the named groups"),
+            (["prepare", str(folder), "-o", out, "--pattern", "(?P<content>X)(?P<style>Y)"],
+             "found no clip with labels"),
+            (["prepare", str(folder), "-o", out, "--labels", str(labels)],
+             "labels.csv:2: found no clip 'nothing'"),
             (["prepare", str(folder), "-o", str(empty)], "is a folder"),
             (["prepare", str(folder), "-o", str(tmp_path / "no" / "out.npz")], "does not exist"),
-            (["train-autoencoder", manifold, "-o", out], "found a refimpl manifold file, needed a refimpl motions file"),
-            (["train-autoencoder", str(folder / "walk_old_0.bvh"), "-o", out], "needed a refimpl motions file"),
-            (["train-style", motions, manifold, "--style", "vampire", "-o", out], "found no exemplar of style 'vampire'"),
-            (["train-style", motions, manifold, "--style", "old", "--content-style", "robot", "-o", out], "found no clip of style 'robot'"),
-            (["train-style", motions, manifold, "--style", "old", "--pair", "walk", "-o", out], "--pair"),
-            (["train-style", motions, manifold, "--style", "old", "--pair", "walk=swim", "-o", out], "no exemplar of content 'swim'"),
-            (["transfer", manifold, str(folder / "walk_old_0.bvh"), "-o", out + ".bvh"], "needed a refimpl style file"),
-            (["transfer", manifold, str(folder / "walk_old_0.bvh"), "-o", out], "does not end in .bvh")):
+            (["train-autoencoder", manifold, "-o", out],
+             "found a refimpl manifold file, needed a refimpl motions file"),
+            (["train-autoencoder", str(folder / "walk_old_0.bvh"), "-o", out],
+             "needed a refimpl motions file"),
+            (["train-style", motions, manifold, "--style", "vampire", "-o", out],
+             "found no exemplar of style 'vampire'"),
+            (["train-style", motions, manifold, "--style", "old", "--content-style", "robot", "-o",
+              out], "found no clip of style 'robot'"),
+            (["train-style", motions, manifold, "--style", "old", "--pair", "walk", "-o", out],
+             "--pair"),
+            (["train-style", motions, manifold, "--style", "old", "--pair", "walk=swim", "-o", out],
+             "no exemplar of content 'swim'"),
+            (["transfer", manifold, str(folder / "walk_old_0.bvh"), "-o", out + ".bvh"],
+             "needed a refimpl style file"),
+            (["transfer", manifold, str(folder / "walk_old_0.bvh"), "-o", out],
+             "does not end in .bvh")):
         assert main(arguments) == 2, arguments
         captured = capsys.readouterr()
-        assert words in captured.err and "Traceback" not in captured.err and captured.err.count("\n") == 1
+        assert (words in captured.err and "Traceback" not in captured.err
+                and captured.err.count("\n") == 1)
         assert sorted(p.name for p in tmp_path.iterdir()) == ["empty", "labels.csv"]
 
 
 @pytest.mark.parametrize("words, message", [
-    ([], "required: COMMAND"), (["swim"], "invalid choice: 'swim'"), (["prepare"], "required: FOLDER"),
-    (["prepare", "x", "-o", "y", "--hold-out", "1.5"], "--hold-out: found '1.5', needed a number from 0 on and below 1"),
-    (["train-autoencoder", "x", "-o", "y", "--epochs", "0"], "--epochs: found '0', needed a whole number from 1 on"),
-    (["train-autoencoder", "x", "-o", "y", "--rate", "nan"], "--rate: found 'nan', needed a number above 0"),
-    (["train-autoencoder", "x", "-o", "y", "--dropout", "1"], "--dropout: found '1'"), (["demo", "--seed", "-1"], "--seed"),
-    (["train-style", "x", "y", "--style", "old", "-o", "z", "--weight-style", "inf"], "--weight-style: found 'inf'"),
+    ([], "required: COMMAND"), (["swim"], "invalid choice: 'swim'"),
+    (["prepare"], "required: FOLDER"),
+    (["prepare", "x", "-o", "y", "--hold-out", "1.5"],
+     "--hold-out: found '1.5', needed a number from 0 on and below 1"),
+    (["train-autoencoder", "x", "-o", "y", "--epochs", "0"],
+     "--epochs: found '0', needed a whole number from 1 on"),
+    (["train-autoencoder", "x", "-o", "y", "--rate", "nan"],
+     "--rate: found 'nan', needed a number above 0"),
+    (["train-autoencoder", "x", "-o", "y", "--dropout", "1"], "--dropout: found '1'"),
+    (["demo", "--seed", "-1"], "--seed"),
+    (["train-style", "x", "y", "--style", "old", "-o", "z", "--weight-style", "inf"],
+     "--weight-style: found 'inf'"),
     (["demo", "--style", "vampire"], "invalid choice: 'vampire'")])
 def test_wrong_words_are_one_line(words, message, capsys):
     with pytest.raises(SystemExit) as stopped:
         main(words)
     err = capsys.readouterr().err
-    assert stopped.value.code == 2 and message in err and err.startswith("refimpl: error:") and err.count("\n") == 1
+    assert (stopped.value.code == 2 and message in err and err.startswith("refimpl: error:")
+            and err.count("\n") == 1)
 
 
 def test_labels_from_a_file(folder, tmp_path, capsys):
     labels = tmp_path / "labels.csv"
-    labels.write_text("clip,content,style\nwalk_old_0,stroll,ancient\nwalk_normal_0.bvh,stroll,normal\n")
-    assert main(["prepare", str(folder), "-o", str(tmp_path / "m.npz"), "--labels", str(labels)]) == 0
+    labels.write_text(
+        "clip,content,style\nwalk_old_0,stroll,ancient\nwalk_normal_0.bvh,stroll,normal\n")
+    assert main(["prepare", str(folder), "-o", str(tmp_path / "m.npz"), "--labels",
+                 str(labels)]) == 0
     out = capsys.readouterr().out
     assert "ancient" in out and "2 of 8 clips" in out
 
@@ -191,18 +240,23 @@ def test_help_of_every_command(capsys):
 
 @pytest.mark.mocap
 def test_a_real_clip_is_stylised_on_its_own_skeleton(mocap, models, tmp_path):
-    """The small model knows the made skeleton only; the clip's proportions, joints and frame rate are its own."""
+    """The small model knows the made skeleton only; the clip's proportions, joints and frame rate
+    are its own.
+    """
     clip = mocap / "bandai2" / "dataset-2_walk-turn-left_normal_001.bvh"
     out = tmp_path / "out.bvh"
     assert main(["transfer", str(models / "old.npz"), str(clip), "-o", str(out)]) == 0
     content, result = bvh.read_bvh(clip), bvh.read_bvh(out)
-    assert result.joints == content.joints and result.fps == 60 and result.frames == 2 * content.frames - 1
+    assert (result.joints == content.joints and result.fps == 60
+            and result.frames == 2 * content.frames - 1)
 
 
 def test_transfer_by_optimisation_needs_no_network_of_the_style(models, folder, tmp_path, capsys):
     out = tmp_path / "out.bvh"
-    assert main(["transfer", "--method", "optimise", "--content", str(folder / "walk_normal_1.bvh"), "--style", str(folder / "walk_old_0.bvh"),
-                 str(folder / "walk_old_1.bvh"), "--manifold", str(models / "manifold.npz"), "-o", str(out), "--iterations", "5"]) == 0
+    assert main(["transfer", "--method", "optimise", "--content", str(folder / "walk_normal_1.bvh"),
+                 "--style", str(folder / "walk_old_0.bvh"), str(folder / "walk_old_1.bvh"),
+                 "--manifold", str(models / "manifold.npz"), "-o", str(out), "--iterations",
+                 "5"]) == 0
     content, result = bvh.read_bvh(folder / "walk_normal_1.bvh"), bvh.read_bvh(out)
     assert result.joints == content.joints and result.frames == content.frames and result.fps == 60
     assert "walk_old_0.bvh" in capsys.readouterr().out
@@ -211,7 +265,8 @@ def test_transfer_by_optimisation_needs_no_network_of_the_style(models, folder, 
 def test_raw_leaves_the_feet_as_the_network_has_them(models, folder, tmp_path):
     results = {}
     for flag in ((), ("--raw",)):
-        assert main(["transfer", str(models / "old.npz"), str(folder / "walk_normal_1.bvh"), "-o", str(tmp_path / "out.bvh"), *flag]) == 0
+        assert main(["transfer", str(models / "old.npz"), str(folder / "walk_normal_1.bvh"), "-o",
+                     str(tmp_path / "out.bvh"), *flag]) == 0
         results[flag] = take.read_take(tmp_path / "out.bvh").positions
     contacts = take.read_take(folder / "walk_normal_1.bvh").contacts
     assert foot_skate(results[()], contacts) < 0.01 < 1.0 < foot_skate(results["--raw",], contacts)
@@ -221,7 +276,8 @@ def test_raw_leaves_the_feet_as_the_network_has_them(models, folder, tmp_path):
     (["a.npz"], "found no CLIP.bvh, needed STYLE.npz, CLIP.bvh with --method network"),
     (["a.npz", "b.bvh", "--seed", "3"], "found --seed with --method network"),
     (["a.npz", "b.bvh", "--style", "c.bvh"], "found --style with --method network"),
-    (["--method", "optimise", "--content", "b.bvh"], "found no --style, --manifold, needed --content, --style, --manifold"),
+    (["--method", "optimise", "--content", "b.bvh"],
+     "found no --style, --manifold, needed --content, --style, --manifold"),
     (["--method", "optimise", "a.npz"], "found STYLE.npz with --method optimise"),
     (["--method", "optimise", "--no-projection"], "found --no-projection with --method optimise")])
 def test_the_two_methods_have_options_of_their_own(arguments, words, tmp_path, capsys):
@@ -232,55 +288,81 @@ def test_the_two_methods_have_options_of_their_own(arguments, words, tmp_path, c
 @pytest.mark.parametrize("again", [False, True])
 def test_evaluate_measures_every_system(models, folder, tmp_path, capsys, again):
     """On a handful of embedded clips: the judges need clips that the style did not learn on."""
-    assert main(["train-style", str(models / "motions.npz"), str(models / "manifold.npz"), "--style", "old", "-o", str(tmp_path / "old.npz"), "--epochs", "1",
-                 "--channels", "4", "--width", "9", "--contents", "walk" if again else "walk,jog", *(["--exemplars", "0"] if again else [])]) == 0
-    status = main(["evaluate", str(folder), str(models / "motions.npz"), str(tmp_path / "old.npz"), "--out", str(tmp_path / "out")])
+    assert main(["train-style", str(models / "motions.npz"), str(models / "manifold.npz"),
+                 "--style", "old", "-o", str(tmp_path / "old.npz"), "--epochs", "1", "--channels",
+                 "4", "--width", "9", "--contents", "walk" if again else "walk,jog",
+                 *(["--exemplars", "0"] if again else [])]) == 0
+    status = main(["evaluate", str(folder), str(models / "motions.npz"), str(tmp_path / "old.npz"),
+                   "--out", str(tmp_path / "out")])
     said = capsys.readouterr()
-    assert status == 2 and "found no clip of style" in said.err and "train with --clips and --exemplars that leave some" in said.err
+    assert (status == 2 and "found no clip of style" in said.err
+            and "train with --clips and --exemplars that leave some" in said.err)
     assert not (tmp_path / "out").exists()
 
 
 def test_evaluate_from_clips_to_report(tmp_path, capsys):
     clips, run = tmp_path / "clips", ["--epochs", "1", "--width", "9"]
     clips.mkdir()
-    for made in synthetic.make_database(seconds_per_clip=4.0, people=4, contents=("walk",), styles=("normal", "zombie")):
+    for made in synthetic.make_database(seconds_per_clip=4.0, people=4, contents=("walk",),
+                                        styles=("normal", "zombie")):
         bvh.write_bvh(clips / f"{made.name}.bvh", made.clip)
-    motions, manifold, style, out = (str(tmp_path / name) for name in ("motions.npz", "manifold.npz", "zombie.npz", "out"))
+    motions, manifold, style, out = (str(tmp_path / name)
+                                     for name in ("motions.npz", "manifold.npz", "zombie.npz",
+                                                  "out"))
     assert main(["prepare", str(clips), "-o", motions, "--hold-out", "0.25"]) == 0
     assert main(["train-autoencoder", motions, "-o", manifold, "--hidden", "8", *run]) == 0
-    assert main(["train-style", motions, manifold, "--style", "zombie", "-o", style, "--channels", "4", "--clips", "[01]$", "--exemplars", "[01]$", *run]) == 0
+    assert main(["train-style", motions, manifold, "--style", "zombie", "-o", style, "--channels",
+                 "4", "--clips", "[01]$", "--exemplars", "[01]$", *run]) == 0
     network, preprocess = str(tmp_path / "network.npz"), str(tmp_path / "preprocess.npz")
-    assert main(["train-2016", motions, "-o", network, "--preprocess", preprocess, "--hidden", "6", *run]) == 0
-    assert main(["evaluate", str(clips), motions, style, "--network", network, "--out", out]) == 2 and "needed both or neither" in capsys.readouterr().err
-    assert main(["evaluate", str(clips), motions, style, "--out", out, "--network", network, "--preprocess", preprocess, "--json", f"{out}.json"]) == 0
-    report, said = json.loads((tmp_path / "out" / "report.json").read_text()), capsys.readouterr().out
-    systems = ["content", "2016, as coded", "2016, own form", "2017 T(I), raw", "2017", "2017, own pace", "real"]
+    assert main(["train-2016", motions, "-o", network, "--preprocess", preprocess, "--hidden", "6",
+                 *run]) == 0
+    assert (main(["evaluate", str(clips), motions, style, "--network", network, "--out", out]) == 2
+            and "needed both or neither" in capsys.readouterr().err)
+    assert main(["evaluate", str(clips), motions, style, "--out", out, "--network", network,
+                 "--preprocess", preprocess, "--json", f"{out}.json"]) == 0
+    report, said = (json.loads((tmp_path / "out" / "report.json").read_text()),
+                    capsys.readouterr().out)
+    systems = ["content", "2016, as coded", "2016, own form", "2017 T(I), raw", "2017",
+               "2017, own pace", "real"]
     assert [line["system"] for line in report["summary"]] == systems
     told = json.loads(Path(f"{out}.json").read_text())
-    assert told["command"] == "evaluate" and [row["system"] for row in told["rows"]] == systems * 2 and "2016, as coded" in told["table_1"][0]
-    assert "judges fitted on 2 clips" in said and "Table 1, seconds" in said and "projection (figure 2)" in said
-    assert all(line["bone error"] < 1e-6 for line in report["summary"][:6]) and (tmp_path / "out" / "strip_zombie.png").stat().st_size > 10000
+    assert (told["command"] == "evaluate" and [row["system"] for row in told["rows"]] == systems * 2
+            and "2016, as coded" in told["table_1"][0])
+    assert ("judges fitted on 2 clips" in said and "Table 1, seconds" in said
+            and "projection (figure 2)" in said)
+    assert (all(line["bone error"] < 1e-6 for line in report["summary"][:6])
+            and (tmp_path / "out" / "strip_zombie.png").stat().st_size > 10000)
     assert set(report["judges"]) == {"walk_normal_002", "walk_zombie_002"}
-    assert main(["evaluate", str(clips), motions, style, style, "--out", out]) == 2 and "needed each style once" in capsys.readouterr().err
-    assert main(["evaluate", str(clips), motions, style, "--content-style", "sad", "--out", out]) == 2 and "--content-style: found 'sad'" in capsys.readouterr().err
+    assert (main(["evaluate", str(clips), motions, style, style, "--out", out]) == 2
+            and "needed each style once" in capsys.readouterr().err)
+    assert (main(["evaluate", str(clips), motions, style, "--content-style", "sad", "--out", out])
+            == 2 and "--content-style: found 'sad'" in capsys.readouterr().err)
 
 
 def test_the_recipe_is_measured(tmp_path, capsys):
-    """Each table of `experiment holden`, with networks too small to be right: the rows, and the nulls beside them."""
+    """Each table of `experiment holden`, with networks too small to be right: the rows, and the
+    nulls beside them.
+    """
     small = ["--hidden", "8", "--channels", "3", "--loss-epochs", "1", "--epochs", "1"]
-    assert main(["experiment", "holden", *small, "--tables", "projection,path", "--json", str(tmp_path / "rows.json")]) == 0
+    assert main(["experiment", "holden", *small, "--tables", "projection,path", "--json",
+                 str(tmp_path / "rows.json")]) == 0
     rows = json.loads((tmp_path / "rows.json").read_text())["rows"]
-    by_table = {name: [row for row in rows if row["table"] == name] for name in ("projection", "path")}
-    assert [(row["depooling"], row["normaliser"]) for row in by_table["projection"]] == [("average", "groups"), ("random", "groups"), ("random", "2016")]
+    by_table = {name: [row for row in rows if row["table"] == name]
+                for name in ("projection", "path")}
+    assert ([(row["depooling"], row["normaliser"]) for row in by_table["projection"]]
+            == [("average", "groups"), ("random", "groups"), ("random", "2016")])
     assert all(row["noise jerk"] > 50 and row["error"] > 0 for row in by_table["projection"])
     content, real, *ways = by_table["path"]
-    assert (content["left"], content["seen"], content["met"]) == (1.0, 0.0, 1.0) and real["seen"] == 1.0 and real["left"] < 0.2
-    assert [row["constraints"] for row in ways] == [0.25, 0.5, 1.0, 2.0, 4.0] and all(row["path"] > 0 for row in ways)
+    assert ((content["left"], content["seen"], content["met"]) == (1.0, 0.0, 1.0)
+            and real["seen"] == 1.0 and real["left"] < 0.2)
+    assert ([row["constraints"] for row in ways] == [0.25, 0.5, 1.0, 2.0, 4.0]
+            and all(row["path"] > 0 for row in ways))
     assert "noisy jerk" in capsys.readouterr().out
     with pytest.raises(SystemExit):
         main(["experiment", "holden", "--learn", "("])
     assert "needed a regular expression" in capsys.readouterr().err
-    for wrong, words in ((["--tables", "x"], "--tables: found 'x'"), (["--styles", "giant"], "found no clip of style 'giant'")):
+    for wrong, words in ((["--tables", "x"], "--tables: found 'x'"),
+                         (["--styles", "giant"], "found no clip of style 'giant'")):
         assert main(["experiment", "holden", *wrong]) == 2
         assert words in capsys.readouterr().err
 
@@ -290,50 +372,72 @@ def of_2016(models, tmp_path_factory):
     """A network of the 2016 system in files like the authors' own, after one epoch."""
     out = tmp_path_factory.mktemp("2016")
     files = [str(out / "network_core.npz"), str(out / "preprocess_core.npz")]
-    assert main(["train-2016", str(models / "motions.npz"), "-o", files[0], "--preprocess", files[1], "--epochs", "1", "--hidden", "6", "--width", "5",
-                 "--rate", "1e-3", "--curves", str(out / "curves.png")]) == 0
-    assert (out / "curves.png").stat().st_size > 1000 and not (out / "network_core.npz.checkpoint").exists()
+    assert main(["train-2016", str(models / "motions.npz"), "-o", files[0], "--preprocess",
+                 files[1], "--epochs", "1", "--hidden", "6", "--width", "5", "--rate", "1e-3",
+                 "--curves", str(out / "curves.png")]) == 0
+    assert ((out / "curves.png").stat().st_size > 1000
+            and not (out / "network_core.npz.checkpoint").exists())
     return files
 
 
-@pytest.mark.parametrize("more", [[], ["--form", "coded"], ["--form", "coded", "--raw", "--weight-style", "0.5"], ["--start", "content", "--raw"]])
+@pytest.mark.parametrize("more",
+                         [[], ["--form", "coded"],
+                          ["--form", "coded", "--raw", "--weight-style", "0.5"],
+                          ["--start", "content", "--raw"]])
 def test_transfer_with_a_network_of_2016(of_2016, folder, tmp_path, more):
     out, content = tmp_path / "out.bvh", folder / "walk_normal_1.bvh"
-    assert main(["transfer", "--method", "optimise", "--content", str(content), "--style", str(folder / "walk_old_0.bvh"), "--network", of_2016[0],
-                 "--preprocess", of_2016[1], "-o", str(out), "--iterations", "3", *more]) == 0
+    assert main(["transfer", "--method", "optimise", "--content", str(content), "--style",
+                 str(folder / "walk_old_0.bvh"), "--network", of_2016[0], "--preprocess",
+                 of_2016[1], "-o", str(out), "--iterations", "3", *more]) == 0
     given, made = bvh.read_bvh(content), bvh.read_bvh(out)
     assert made.joints == given.joints and made.frames == given.frames and made.fps == 60
 
 
 @pytest.mark.parametrize("more, words", [
-    (["--network", "{0}"], "found no --preprocess, needed --content, --style, --network, --preprocess"),
+    (["--network", "{0}"],
+     "found no --preprocess, needed --content, --style, --network, --preprocess"),
     (["--form", "coded", "--manifold", "{m}"], "found no --network, --preprocess"),
-    (["--network", "{0}", "--preprocess", "{1}", "--manifold", "{m}"], "found --manifold beside a network of 2016"),
-    (["--network", "{0}", "--preprocess", "{1}", "--form", "coded", "--start", "content"], "always begins at noise"),
-    (["--network", "{1}", "--preprocess", "{0}"], "found no Xmean, Xstd, needed a normaliser like the authors' preprocess_core.npz with Xmean, Xstd; is it the other one"),
-    (["--network", "{0}", "--preprocess", "{1}", "--form", "coded", "--style", "{s}", "{s}"], "found 2 clips for --style")])
-def test_a_network_of_2016_takes_its_own_options(of_2016, models, folder, tmp_path, capsys, more, words):
+    (["--network", "{0}", "--preprocess", "{1}", "--manifold", "{m}"],
+     "found --manifold beside a network of 2016"),
+    (["--network", "{0}", "--preprocess", "{1}", "--form", "coded", "--start", "content"],
+     "always begins at noise"),
+    (["--network", "{1}", "--preprocess", "{0}"],
+     "found no Xmean, Xstd, needed a normaliser like the authors' preprocess_core.npz with Xmean, "
+     "Xstd; is it the other one"),
+    (["--network", "{0}", "--preprocess", "{1}", "--form", "coded", "--style", "{s}", "{s}"],
+     "found 2 clips for --style")])
+def test_a_network_of_2016_takes_its_own_options(of_2016, models, folder, tmp_path, capsys, more,
+                                                 words):
     names = {"m": models / "manifold.npz", "s": folder / "walk_old_0.bvh"}
     more = [word.format(*of_2016, **names) for word in more]
-    run = ["transfer", "--method", "optimise", "--content", str(folder / "walk_normal_1.bvh"), "--style", str(names["s"]), "-o", str(tmp_path / "out.bvh")]
-    assert main([*run, *more]) == 2 and words in capsys.readouterr().err and not (tmp_path / "out.bvh").exists()
+    run = ["transfer", "--method", "optimise", "--content", str(folder / "walk_normal_1.bvh"),
+           "--style", str(names["s"]), "-o", str(tmp_path / "out.bvh")]
+    assert (main([*run, *more]) == 2 and words in capsys.readouterr().err
+            and not (tmp_path / "out.bvh").exists())
 
 
 def test_a_style_learns_on_a_network_of_2016(of_2016, models, folder, tmp_path, capsys):
     style, out = str(tmp_path / "old.npz"), tmp_path / "out.bvh"
-    assert main(["train-style", str(models / "motions.npz"), of_2016[0], "--preprocess", of_2016[1], "--style", "old", "-o", style, "--epochs", "1",
-                 "--channels", "4", "--width", "5"]) == 0
+    assert main(["train-style", str(models / "motions.npz"), of_2016[0], "--preprocess", of_2016[1],
+                 "--style", "old", "-o", style, "--epochs", "1", "--channels", "4", "--width",
+                 "5"]) == 0
     assert set(load_style(style).manifold.params) == {"W0", "b0", "V0", "c0"}
-    assert main(["transfer", style, str(folder / "walk_normal_1.bvh"), "-o", str(out)]) == 0 and out.exists()
-    assert main(["train-style", str(models / "motions.npz"), of_2016[0], "--style", "old", "-o", style]) == 2
+    assert (main(["transfer", style, str(folder / "walk_normal_1.bvh"), "-o", str(out)]) == 0
+            and out.exists())
+    assert main(["train-style", str(models / "motions.npz"), of_2016[0], "--style", "old", "-o",
+                 style]) == 2
     assert "needed a refimpl manifold file" in capsys.readouterr().err
 
 
 def test_a_mapping_file_serves_the_style_too(models, folder, tmp_path):
     text = (folder / "walk_old_0.bvh").read_text()
     (tmp_path / "odd.bvh").write_text(text.replace("LeftUpLeg", "Thigh_A"))
-    (tmp_path / "odd_content.bvh").write_text((folder / "walk_normal_1.bvh").read_text().replace("LeftUpLeg", "Thigh_A"))
+    (tmp_path / "odd_content.bvh").write_text((folder
+                                               / "walk_normal_1.bvh").read_text().replace(
+                                                   "LeftUpLeg", "Thigh_A"))
     (tmp_path / "map.csv").write_text("slot,joint\nLeftUpLeg,Thigh_A\n")
-    run = ["transfer", "--method", "optimise", "--content", str(tmp_path / "odd_content.bvh"), "--manifold", str(models / "manifold.npz"), "--iterations", "1",
-           "-o", str(tmp_path / "out.bvh"), "--mapping", str(tmp_path / "map.csv")]
-    assert main([*run, "--style", str(tmp_path / "odd.bvh")]) == 0 and main([*run, "--style", str(folder / "walk_old_0.bvh")]) == 0
+    run = ["transfer", "--method", "optimise", "--content", str(tmp_path / "odd_content.bvh"),
+           "--manifold", str(models / "manifold.npz"), "--iterations", "1", "-o",
+           str(tmp_path / "out.bvh"), "--mapping", str(tmp_path / "map.csv")]
+    assert (main([*run, "--style", str(tmp_path / "odd.bvh")]) == 0
+            and main([*run, "--style", str(folder / "walk_old_0.bvh")]) == 0)

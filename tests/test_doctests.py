@@ -10,7 +10,8 @@ import refimpl
 
 # These import a library that is no dependency of the package.
 ELSEWHERE = ("refimpl.experiments.peer_torch", "refimpl.conformance.strategies", "refimpl.__main__")
-MODULES = [m.name for m in pkgutil.walk_packages(refimpl.__path__, "refimpl.") if m.name not in ELSEWHERE]
+MODULES = [m.name for m in pkgutil.walk_packages(refimpl.__path__, "refimpl.")
+           if m.name not in ELSEWHERE]
 
 
 @pytest.mark.parametrize("name", MODULES)

@@ -10,7 +10,8 @@ import pytest
 import refimpl
 
 ROOT = Path(refimpl.__file__).parent
-# What each room may import from refimpl, besides itself. Rooms are folders or modules directly below refimpl/.
+# What each room may import from refimpl, besides itself. Rooms are folders or modules directly
+# below refimpl/.
 MAY_IMPORT = {
     "storage": set(),
     "nn": set(),
@@ -22,8 +23,10 @@ MAY_IMPORT = {
     "torresani2006": {"storage", "nn", "motion", "embedded"},
     "fast": {"nn", "holden2017"},
     "styles": {"storage", "motion", "holden2017"},
-    "conformance": {"storage", "nn", "gradcheck", "motion", "holden2017", "holden2016", "torresani2006"},
-    "experiments": {"storage", "nn", "motion", "embedded", "holden2017", "holden2016", "torresani2006", "fast", "styles"},
+    "conformance": {"storage", "nn", "gradcheck", "motion", "holden2017", "holden2016",
+                    "torresani2006"},
+    "experiments": {"storage", "nn", "motion", "embedded", "holden2017", "holden2016",
+                    "torresani2006", "fast", "styles"},
     "pictures": {"storage", "motion"},
     "exercise": {"nn", "gradcheck"},
     "commands": {"storage", "nn", "gradcheck", "motion", "embedded", "holden2017", "holden2016",
@@ -42,7 +45,8 @@ def imported_rooms(path):
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.level:
             if node.level == depth:                              # up to refimpl itself
-                inside |= {node.module.split(".")[0]} if node.module else {alias.name for alias in node.names}
+                inside |= ({node.module.split(".")[0]} if node.module
+                           else {alias.name for alias in node.names})
             elif node.level > depth:
                 raise AssertionError(f"{path}: imports from above refimpl")
         elif isinstance(node, ast.ImportFrom):
@@ -60,10 +64,13 @@ def test_imports_point_downwards(path):
     room = path.relative_to(ROOT).parts[0].removesuffix(".py")
     inside, outside = imported_rooms(path)
     assert inside - {room, "__version__"} <= MAY_IMPORT[room]
-    allowed = set(sys.stdlib_module_names) | {"numpy", "scipy"} | ({"matplotlib"} if room == "pictures" else set())
-    if path.name == "peer_torch.py":                             # imported by `refimpl bench` alone, where PyTorch is installed
+    allowed = (set(sys.stdlib_module_names) | {"numpy", "scipy"}
+               | ({"matplotlib"} if room == "pictures" else set()))
+    # imported by `refimpl bench` alone, where PyTorch is installed
+    if path.name == "peer_torch.py":
         allowed |= {"torch"}
-    if path.name == "strategies.py":                             # imported by name only, by who writes property tests
+    # imported by name only, by who writes property tests
+    if path.name == "strategies.py":
         allowed |= {"hypothesis"}
     assert outside <= allowed
 
@@ -77,5 +84,6 @@ def test_two_levels_and_short_files():
 
 def test_no_matplotlib_without_pictures():
     code = ("import sys; sys.modules['matplotlib'] = None\n"
-            "import refimpl, refimpl.nn, refimpl.cli, refimpl.motion.body, refimpl.holden2017.train, refimpl.holden2017.transfer")
+            "import refimpl, refimpl.nn, refimpl.cli, refimpl.motion.body, "
+            "refimpl.holden2017.train, refimpl.holden2017.transfer")
     subprocess.run([sys.executable, "-c", code], check=True)

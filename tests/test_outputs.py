@@ -1,4 +1,6 @@
-"""No output destroys anything: an input, another output, a checkpoint, a link, a pipe, a device. And every failure is one line."""
+"""No output destroys anything: an input, another output, a checkpoint, a link, a pipe, a device.
+And every failure is one line.
+"""
 
 import json
 import os
@@ -26,12 +28,14 @@ def made(tmp_path_factory):
     (out / "clips").mkdir()
     for style in ("normal", "old"):
         for number in range(2):
-            clip = synthetic.make_clip("walk", style, synthetic.person(number), seconds=4.1, seed=number).clip
+            clip = synthetic.make_clip("walk", style, synthetic.person(number), seconds=4.1,
+                                       seed=number).clip
             bvh.write_bvh(out / "clips" / f"walk_{style}_{number}.bvh", clip)
     assert main(["prepare", str(out / "clips"), "-o", str(out / "motions.npz")]) == 0
-    assert main(["train-autoencoder", str(out / "motions.npz"), "-o", str(out / "manifold.npz"), "--hidden", "6", *TINY]) == 0
-    assert main(["train-style", str(out / "motions.npz"), str(out / "manifold.npz"), "--style", "old", "-o", str(out / "old.npz"),
-                 "--channels", "4", *TINY]) == 0
+    assert main(["train-autoencoder", str(out / "motions.npz"), "-o", str(out / "manifold.npz"),
+                 "--hidden", "6", *TINY]) == 0
+    assert main(["train-style", str(out / "motions.npz"), str(out / "manifold.npz"), "--style",
+                 "old", "-o", str(out / "old.npz"), "--channels", "4", *TINY]) == 0
     return out
 
 
@@ -51,22 +55,35 @@ def here(made, tmp_path, monkeypatch):
 
 
 def contents(folder):
-    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*"))
+            if p.is_file()}
 
 
 COLLISIONS = [
-    "transfer old.npz c.bvh -o c.bvh", "transfer old.npz c.bvh -o soft.bvh", "transfer old.npz c.bvh -o hard.bvh",
-    "transfer old.npz c.bvh -o clips/../c.bvh", "transfer old.npz c.bvh -o new.bvh --plot c.bvh", "transfer old.npz c.bvh -o new.bvh --plot old.npz",
-    "transfer old.npz c.bvh -o new.bvh --animate new.bvh", "transfer old.npz c.bvh -o new.bvh --plot a --animate a",
-    "transfer old.npz c.bvh -o new.bvh --json new.bvh", "transfer old.npz c.bvh -o new.bvh --mapping map.csv --plot map.csv",
-    "transfer --method optimise --content c.bvh --style clips/walk_old_0.bvh --manifold manifold.npz -o clips/walk_old_0.bvh",
-    "inspect c.bvh --json c.bvh", "inspect c.bvh --json hard.bvh", "inspect c.bvh --write-mapping c.bvh", "inspect c.bvh --json a --write-mapping a",
-    "prepare clips -o clips/walk_old_0.bvh", "prepare clips -o labels.csv --labels labels.csv", "prepare clips -o map.csv --mapping map.csv",
-    "train-autoencoder motions.npz -o motions.npz", "train-autoencoder motions.npz -o a.npz --curves a.npz",
-    "train-autoencoder motions.npz -o a.npz --curves a.npz.checkpoint", "train-style motions.npz manifold.npz --style old -o manifold.npz",
-    "train-style motions.npz manifold.npz --style old -o a.npz --report a.npz", "train-style motions.npz manifold.npz --style old -o a.npz --report motions.npz",
-    "evaluate clips motions.npz old.npz --out clips", "synthesise c.bvh clips -o c.bvh", "synthesise c.bvh clips -o clips/walk_old_0.bvh",
-    "experiment torresani clips --out clips", "check --operations gram --json a --junit a", "check refimpl.nn --operations gram --xfail known --json known",
+    "transfer old.npz c.bvh -o c.bvh", "transfer old.npz c.bvh -o soft.bvh",
+    "transfer old.npz c.bvh -o hard.bvh",
+    "transfer old.npz c.bvh -o clips/../c.bvh", "transfer old.npz c.bvh -o new.bvh --plot c.bvh",
+    "transfer old.npz c.bvh -o new.bvh --plot old.npz",
+    "transfer old.npz c.bvh -o new.bvh --animate new.bvh",
+    "transfer old.npz c.bvh -o new.bvh --plot a --animate a",
+    "transfer old.npz c.bvh -o new.bvh --json new.bvh",
+    "transfer old.npz c.bvh -o new.bvh --mapping map.csv --plot map.csv",
+    "transfer --method optimise --content c.bvh --style clips/walk_old_0.bvh --manifold "
+    "manifold.npz -o clips/walk_old_0.bvh",
+    "inspect c.bvh --json c.bvh", "inspect c.bvh --json hard.bvh",
+    "inspect c.bvh --write-mapping c.bvh", "inspect c.bvh --json a --write-mapping a",
+    "prepare clips -o clips/walk_old_0.bvh", "prepare clips -o labels.csv --labels labels.csv",
+    "prepare clips -o map.csv --mapping map.csv",
+    "train-autoencoder motions.npz -o motions.npz",
+    "train-autoencoder motions.npz -o a.npz --curves a.npz",
+    "train-autoencoder motions.npz -o a.npz --curves a.npz.checkpoint",
+    "train-style motions.npz manifold.npz --style old -o manifold.npz",
+    "train-style motions.npz manifold.npz --style old -o a.npz --report a.npz",
+    "train-style motions.npz manifold.npz --style old -o a.npz --report motions.npz",
+    "evaluate clips motions.npz old.npz --out clips", "synthesise c.bvh clips -o c.bvh",
+    "synthesise c.bvh clips -o clips/walk_old_0.bvh",
+    "experiment torresani clips --out clips", "check --operations gram --json a --junit a",
+    "check refimpl.nn --operations gram --xfail known --json known",
     "bench --json c.bvh/x",
 ]
 
@@ -109,10 +126,13 @@ def test_pipes_and_devices_are_written_to(here):
     assert read[0].startswith("HIERARCHY") and not os.path.isfile("pipe")
     assert main(["transfer", "old.npz", "c.bvh", "-o", "/dev/null", "--plot", "/dev/null"]) == 0
     assert not os.path.isfile("/dev/null")
-    done = subprocess.run([sys.executable, "-m", "refimpl", "inspect", "c.bvh", "--json", "/dev/stdout"], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-m", "refimpl", "inspect", "c.bvh", "--json",
+                           "/dev/stdout"], capture_output=True, text=True)
     assert done.returncode == 0 and '"command": "inspect"' in done.stdout
-    with open("kept.txt", "w") as out:                           # the shell's > must not be pulled away from under it
-        subprocess.run([sys.executable, "-m", "refimpl", "inspect", "c.bvh", "--json", "/dev/stdout"], stdout=out, check=True)
+    # the shell's > must not be pulled away from under it
+    with open("kept.txt", "w") as out:
+        subprocess.run([sys.executable, "-m", "refimpl", "inspect", "c.bvh", "--json",
+                        "/dev/stdout"], stdout=out, check=True)
     assert "21 joints" in (here / "kept.txt").read_text()
 
 
@@ -149,7 +169,8 @@ def test_what_check_outputs_compares(tmp_path):
 # Checkpoints.
 
 def train(*more, epochs=3):
-    return main(["train-autoencoder", "motions.npz", "-o", "a.npz", "--hidden", "6", "--width", "9", "--epochs", str(epochs), *more])
+    return main(["train-autoencoder", "motions.npz", "-o", "a.npz", "--hidden", "6", "--width", "9",
+                 "--epochs", str(epochs), *more])
 
 
 def stop_after(monkeypatch, epochs):
@@ -169,7 +190,8 @@ def test_a_checkpoint_is_set_aside_not_lost(here, monkeypatch, capsys):
     (here / "a.npz.checkpoint").write_text("somebody's")
     stop_after(monkeypatch, 2)
     assert train() == 130
-    assert "kept as a.npz.checkpoint.1" in capsys.readouterr().out and (here / "a.npz.checkpoint.1").read_text() == "somebody's"
+    assert ("kept as a.npz.checkpoint.1" in capsys.readouterr().out
+            and (here / "a.npz.checkpoint.1").read_text() == "somebody's")
     first = (here / "a.npz.checkpoint").read_bytes()
     monkeypatch.undo()
     monkeypatch.chdir(here)
@@ -185,7 +207,8 @@ def test_a_resume_on_another_processor_goes_on_and_says_so(here, monkeypatch, ca
     monkeypatch.chdir(here)
     from refimpl.commands import train as command
     exact = command.clean_windows
-    monkeypatch.setattr(command, "clean_windows", lambda *a, **k: (exact(*a, **k)[0] * np.float32(1 + 2e-7), exact(*a, **k)[1]))
+    monkeypatch.setattr(command, "clean_windows", lambda *a,
+                        **k: (exact(*a, **k)[0] * np.float32(1 + 2e-7), exact(*a, **k)[1]))
     assert train("--resume") == 0
     assert "differ from today's in their last digits" in capsys.readouterr().out
     assert (here / "a.npz").exists() and not (here / "a.npz.checkpoint").exists()
@@ -200,13 +223,18 @@ def test_a_checkpoint_of_other_settings_or_data_is_refused_and_kept(here, monkey
     assert train("--resume", epochs=4) == 2 and train("--resume", "--seed", "1") == 2
     from refimpl.commands import train as command
     exact = command.clean_windows
-    monkeypatch.setattr(command, "clean_windows", lambda *a, **k: (exact(*a, **k)[0] * 1.01, exact(*a, **k)[1]))
+    monkeypatch.setattr(command, "clean_windows", lambda *a,
+                        **k: (exact(*a, **k)[0] * 1.01, exact(*a, **k)[1]))
     assert train("--resume") == 2
-    assert "other settings or other data" in capsys.readouterr().err and (here / "a.npz.checkpoint").read_bytes() == kept
+    assert ("other settings or other data" in capsys.readouterr().err
+            and (here / "a.npz.checkpoint").read_bytes() == kept)
 
 
-@pytest.mark.parametrize("change", [{"epoch": 10 ** 6}, {"epoch": -1}, {"steps": 10 ** 400}, {"steps": -5}, {"names": []}, {"names": ["W0"]}, {"records": "5"},
-                                    {"records": "[1]"}, {"records": "[{}]"}, {"records": "[" * 10_000}, {"records": "no"}], ids=str)
+@pytest.mark.parametrize("change",
+                         [{"epoch": 10 ** 6}, {"epoch": -1}, {"steps": 10 ** 400}, {"steps": -5},
+                          {"names": []}, {"names": ["W0"]}, {"records": "5"},
+                                    {"records": "[1]"}, {"records": "[{}]"},
+                          {"records": "[" * 10_000}, {"records": "no"}], ids=str)
 def test_tampered_checkpoints_are_refused_in_one_line(change, here, monkeypatch, capsys):
     stop_after(monkeypatch, 2)
     assert train() == 130
@@ -228,7 +256,8 @@ def test_checkpoints_with_damaged_arrays_are_refused(damage, here, monkeypatch, 
     if damage == "missing":
         del arrays["m W0"]
     else:
-        arrays["m W0"] = {"shape": arrays["m W0"][:1], "nan": arrays["m W0"] * np.nan, "letters": np.array("abc")}[damage]
+        arrays["m W0"] = {"shape": arrays["m W0"][:1], "nan": arrays["m W0"] * np.nan,
+                          "letters": np.array("abc")}[damage]
     save_npz("a.npz.checkpoint", "checkpoint", checkpoint.VERSION, arrays, facts)
     assert train("--resume") == 2
     assert "a.npz.checkpoint: found" in capsys.readouterr().err
@@ -237,13 +266,15 @@ def test_checkpoints_with_damaged_arrays_are_refused(damage, here, monkeypatch, 
 # Signals, readers that leave, letters that a terminal should not get.
 
 def test_sigterm_leaves_nothing_half_written(here):
-    process = subprocess.Popen([sys.executable, "-m", "refimpl", "train-autoencoder", "motions.npz", "-o", "b.npz", "--epochs", "100000", "--hidden", "6"],
+    process = subprocess.Popen([sys.executable, "-m", "refimpl", "train-autoencoder", "motions.npz",
+                                "-o", "b.npz", "--epochs", "100000", "--hidden", "6"],
                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     with process.stderr:
         line = process.stderr.readline()                         # the first epoch is done
         process.send_signal(signal.SIGTERM)
         rest = process.stderr.read()
-    assert process.wait() == 143 and line.startswith("epoch 1/") and "Traceback" not in rest and "told to end" in rest
+    assert (process.wait() == 143 and line.startswith("epoch 1/") and "Traceback" not in rest
+            and "told to end" in rest)
     assert not list(here.glob(".*.part")) and (here / "b.npz.checkpoint").exists()
 
 
@@ -263,7 +294,8 @@ def test_control_characters_do_not_reach_the_terminal(here, capsys):
 
 def test_letters_that_the_terminal_lacks_are_no_failure(here):
     (here / "müde.bvh").write_bytes((here / "c.bvh").read_bytes())
-    done = subprocess.run([sys.executable, "-m", "refimpl", "inspect", "müde.bvh"], capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    done = subprocess.run([sys.executable, "-m", "refimpl", "inspect", "müde.bvh"],
+                          capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"})
     assert done.returncode == 0 and b"m\\xfcde.bvh" in done.stdout
 
 
@@ -275,17 +307,25 @@ def test_version_inspect_and_transfer_for_programs(here, capsys):
     assert stopped.value.code == 0 and capsys.readouterr().out.count("\n") == 1
     assert main(["inspect", "c.bvh", "--json", "i.json", "--write-mapping", "m.csv"]) == 0
     told = json.loads((here / "i.json").read_text())
-    assert told["command"] == "inspect" and len(told["rows"]) == 21 and {"slot", "joint"} <= set(told["rows"][0])
-    assert told["frames"] == 246 and told["fps"] == pytest.approx(60) and told["up"] == "y" and told["unit"] == "centimetres" and 100 < told["height"] < 200
+    assert (told["command"] == "inspect" and len(told["rows"]) == 21
+            and {"slot", "joint"} <= set(told["rows"][0]))
+    assert (told["frames"] == 246 and told["fps"] == pytest.approx(60) and told["up"] == "y"
+            and told["unit"] == "centimetres" and 100 < told["height"] < 200)
     assert main(["inspect", "c.bvh", "--mapping", "m.csv"]) == 0   # what was written can be read
     assert main(["transfer", "old.npz", "c.bvh", "-o", "o.bvh", "--json", "t.json"]) == 0
     told = json.loads((here / "t.json").read_text())
-    assert told["command"] == "transfer" and told["rows"][0]["result"] == "o.bvh" and told["rows"][0]["mean path error"] >= 0
-    assert main(["transfer", "old.npz", "c.bvh", "-o", "o.txt"]) == 2 and not (here / "o.txt").exists()
+    assert (told["command"] == "transfer" and told["rows"][0]["result"] == "o.bvh"
+            and told["rows"][0]["mean path error"] >= 0)
+    assert (main(["transfer", "old.npz", "c.bvh", "-o", "o.txt"]) == 2
+            and not (here / "o.txt").exists())
 
 
-@pytest.mark.parametrize("error, words", [(TypeError("no"), "could not go on (TypeError: no)"), (ZeroDivisionError("division by zero"), "numbers that cannot be computed"),
-                                          (MemoryError(), "not enough memory"), (KeyError("x"), "could not go on (KeyError")])
+@pytest.mark.parametrize("error, words",
+                         [(TypeError("no"), "could not go on (TypeError: no)"),
+                          (ZeroDivisionError("division by zero"),
+                           "numbers that cannot be computed"),
+                                          (MemoryError(), "not enough memory"),
+                          (KeyError("x"), "could not go on (KeyError")])
 def test_what_nobody_foresaw_is_one_line_with_the_file(error, words, here, monkeypatch, capsys):
     from refimpl.commands import inspect
 
@@ -298,13 +338,15 @@ def test_what_nobody_foresaw_is_one_line_with_the_file(error, words, here, monke
 
 
 def test_the_path_that_is_told_is_the_one_that_was_written(here, capsys):
-    """A root with two position channels cannot carry a path; the network's was told, 96 cm off, and nothing of it written."""
+    """A root with two position channels cannot carry a path; the network's was told, 96 cm off, and
+    nothing of it written.
+    """
     clip = bvh.read_bvh("c.bvh")
     from dataclasses import replace
     root = clip.joints[0]
     assert root.channels[:3] == ("Xposition", "Yposition", "Zposition")
-    flat = replace(clip, joints=(replace(root, channels=("Xposition", *root.channels[2:])), *clip.joints[1:]),
-                   values=np.delete(clip.values, 1, axis=1))
+    flat = replace(clip, joints=(replace(root, channels=("Xposition", *root.channels[2:])),
+                                 *clip.joints[1:]), values=np.delete(clip.values, 1, axis=1))
     bvh.write_bvh("flat.bvh", flat)
     assert main(["transfer", "old.npz", "flat.bvh", "-o", "o.bvh", "--json", "o.json"]) == 0
     assert "no joint with three position channels" in capsys.readouterr().out
@@ -315,6 +357,8 @@ def test_the_path_that_is_told_is_the_one_that_was_written(here, capsys):
 
 def test_an_error_in_one_of_many_clips_names_it(here, capsys):
     text = (here / "clips" / "walk_old_1.bvh").read_text()
-    (here / "clips" / "walk_old_1.bvh").write_text(text.replace("Frame Time:", "Frame Time: 0.0000001 ").replace("0.0000001 \t0.016666666666666666", "0.0000001"))
+    (here / "clips" / "walk_old_1.bvh").write_text(
+        text.replace("Frame Time:", "Frame Time: 0.0000001 ")
+        .replace("0.0000001 \t0.016666666666666666", "0.0000001"))
     assert main(["prepare", "clips", "-o", "n.npz"]) == 2
     assert "walk_old_1.bvh" in capsys.readouterr().err

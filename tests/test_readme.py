@@ -27,8 +27,9 @@ def test_commands_are_those_of_the_parser():
 
 
 def test_options_named_are_known():
-    text = "".join(action.format_help() for action in
-                   next(a for a in parser()._actions if a.choices and "demo" in a.choices).choices.values())
+    text = "".join(action.format_help()
+                   for action in next(a for a in parser()._actions if a.choices
+                                      and "demo" in a.choices).choices.values())
     for option in set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", README)):
         assert option in text or option == "--help", option
 

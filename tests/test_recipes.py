@@ -1,4 +1,6 @@
-"""The recipes of CONTRIBUTING.md, tried from outside the package; and what still lacks its specification, its planted fault, its test or its line in the map."""
+"""The recipes of CONTRIBUTING.md, tried from outside the package; and what still lacks its
+specification, its planted fault, its test or its line in the map.
+"""
 
 from pathlib import Path
 import re
@@ -41,7 +43,8 @@ def elu_in_loops(x):
 def specified(backward):
     """The record that a new operation needs."""
     def samples(rng):
-        return [Sample("both sides", (rng.standard_normal((2, 3, 4)),)), Sample("no clip", (np.zeros((0, 3, 4)),))]
+        return [Sample("both sides", (rng.standard_normal((2, 3, 4)),)),
+                Sample("no clip", (np.zeros((0, 3, 4)),))]
 
     return Operation("elu", ("x",), elu, backward, elu_in_loops, samples, equation="elu")
 
@@ -58,7 +61,8 @@ def test_a_new_operation_is_proved_and_a_fault_in_it_is_caught(monkeypatch):
 def test_a_new_skeletons_names_are_one_entry(monkeypatch):
     names = {slot: f"bone{number}" for number, slot in enumerate(joints.SLOTS)}
     clip = walkers.make_clip("walk", "normal", seconds=1.0).clip
-    strange = Clip(tuple(Joint(names.get(j.name, j.name), j.parent, j.offset, j.channels, j.end_site) for j in clip.joints), clip.frame_time, clip.values)
+    strange = Clip(tuple(Joint(names.get(j.name, j.name), j.parent, j.offset, j.channels,
+                               j.end_site) for j in clip.joints), clip.frame_time, clip.values)
     with pytest.raises(joints.MappingError):
         joints.map_joints(strange.joints)
     monkeypatch.setitem(joints.FAMILIES, "strange", " ".join(names.values()))
@@ -70,10 +74,16 @@ def test_every_operation_has_its_specification_fault_test_and_line_in_the_map():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     faulty = {fault.function.removesuffix("_backward") for fault in FAULTS}
     public = {name.removesuffix("_backward") for name in dir(nn) if name.endswith("_backward")}
-    lacking = [f"{name}: no specification" for name in public | {f"{term.name}_loss" for term in EQUATION_10} if name not in OPERATIONS]
+    lacking = [f"{name}: no specification"
+               for name in public | {f"{term.name}_loss" for term in EQUATION_10}
+               if name not in OPERATIONS]
     lacking += [f"{name}: no planted fault" for name in OPERATIONS if name not in faulty]
-    lacking += [f"{name}: no test names it" for name in public if not any(name in text for text in texts.values())]
-    commands = next(action for action in parser()._actions if hasattr(action, "choices") and isinstance(action.choices, dict)).choices
-    lacking += [f"refimpl {name}: no line in the README" for name in commands if not re.search(rf"refimpl {name}\b", readme)]
-    lacking += [f"refimpl {name}: no test" for name in commands if not any(f'"{name}"' in text or f"{name} " in text for text in texts.values())]
+    lacking += [f"{name}: no test names it" for name in public
+                if not any(name in text for text in texts.values())]
+    commands = next(action for action in parser()._actions if hasattr(action, "choices")
+                    and isinstance(action.choices, dict)).choices
+    lacking += [f"refimpl {name}: no line in the README" for name in commands
+                if not re.search(rf"refimpl {name}\b", readme)]
+    lacking += [f"refimpl {name}: no test" for name in commands
+                if not any(f'"{name}"' in text or f"{name} " in text for text in texts.values())]
     assert lacking == []

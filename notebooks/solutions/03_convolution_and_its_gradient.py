@@ -13,7 +13,8 @@ def my_conv1d_backward_w(dy, x, w, b):
     padded = np.pad(x, ((0, 0), (0, 0), (left, K - 1 - left)))        # (N, C, T + K - 1)
     dw = np.zeros_like(w)
     for k in range(K):
-        dw[:, :, k] = np.sum(dy @ padded[:, :, k:k + T].swapaxes(1, 2), axis=0)        # (N, O, T) @ (N, T, C), summed over N
+        # (N, O, T) @ (N, T, C), summed over N
+        dw[:, :, k] = np.sum(dy @ padded[:, :, k:k + T].swapaxes(1, 2), axis=0)
     return dw
 
 

@@ -4,15 +4,18 @@ import numpy as np
 
 
 def my_relu_backward(dy, x):
-    return np.where(x > 0, dy, 0.0)                                   # 0 at the kink; -0.0 > 0 is false
+    # 0 at the kink; -0.0 > 0 is false
+    return np.where(x > 0, dy, 0.0)
 
 
 def my_max_pool1d_backward(dy, x, width):
     N, C, T = x.shape
     used = T // width * width
     windows = x[:, :, :used].reshape(N, C, T // width, width)         # (N, C, T', width)
-    winner = np.argmax(windows, axis=-1)                              # (N, C, T'), the first largest
-    chosen = np.arange(width) == winner[..., None]                    # (N, C, T', width), one True in each window
+    # (N, C, T'), the first largest
+    winner = np.argmax(windows, axis=-1)
+    # (N, C, T', width), one True in each window
+    chosen = np.arange(width) == winner[..., None]
     dx = np.zeros(x.shape)
     dx[:, :, :used] = (chosen * dy[..., None]).reshape(N, C, used)
     return dx

@@ -36,7 +36,8 @@ def my_verdict(f, f_backward, x):
 
 
 def my_gram_backward(dG, h):
-    return (dG + dG.swapaxes(1, 2)) @ h                               # h stands in a row and in a column of G
+    # h stands in a row and in a column of G
+    return (dG + dG.swapaxes(1, 2)) @ h
 
 
 def my_mean_squares_backward(dM, r):

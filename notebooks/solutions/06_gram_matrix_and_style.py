@@ -16,4 +16,5 @@ def my_norm_backward(dE, r):
 
 def my_style_loss_backward(dE, G_style, H, s):
     dr = nn.norm_backward(s * dE, G_style - nn.gram(H))
-    return nn.gram_backward(-dr, H)                                   # minus: the second term of the difference
+    # minus: the second term of the difference
+    return nn.gram_backward(-dr, H)

@@ -17,7 +17,8 @@ def my_trajectory_loss_backward(dloss, motion, wanted, turn_weight):
 def my_bone_loss_backward(dloss, motion, lengths):
     p = losses.joint_positions(motion)                                # (N, 21, 3, T)
     dmotion = np.zeros_like(motion)
-    dp = losses.joint_positions(dmotion)                              # a view: what is written here stands in dmotion
+    # a view: what is written here stands in dmotion
+    dp = losses.joint_positions(dmotion)
     for (j1, j2), wished in zip(BONES, lengths):
         u = p[:, j1] - p[:, j2]                                       # (N, 3, T)
         found = np.sqrt(np.sum(u * u, axis=1))                        # (N, T)
@@ -43,5 +44,6 @@ def my_foot_loss_backward(dloss, motion, contacts, target):
     losses.joint_positions(dmotion)[:, FEET] = dp
     dmotion[:, SIDEWAYS, :-1] = ds[:, :, 0].sum(axis=1)               # shared by the four feet
     dmotion[:, FORWARD, :-1] = ds[:, :, 2].sum(axis=1)
-    dmotion[:, TURN, :-1] = (p[:, :, 2, :-1] * ds[:, :, 0] - p[:, :, 0, :-1] * ds[:, :, 2]).sum(axis=1)
+    dmotion[:, TURN, :-1] = (p[:, :, 2, :-1] * ds[:, :,
+                                                  0] - p[:, :, 0, :-1] * ds[:, :, 2]).sum(axis=1)
     return dmotion

@@ -19,7 +19,8 @@ def my_transform_backward(dY, X, W1, b1, W2, b2, W3, b3):
 
 def my_motion_losses_backward(dE, O, target, L, mean, deviation):
     H = networks.encode(O, L)
-    dH = losses.content_loss_backward(dE, target.hidden, H)[1] + losses.style_loss_backward(dE, target.gram, H)[1]
+    dH = (losses.content_loss_backward(dE, target.hidden, H)[1]
+          + losses.style_loss_backward(dE, target.gram, H)[1])
     m = O * deviation[:, None] + mean[:, None]
     dm = objective.term_losses_backward(dE, m, target, objective.CONSTRAINTS, objective.Weights())
     return networks.encode_backward_to_input(dH, O, L) + dm * deviation[:, None]

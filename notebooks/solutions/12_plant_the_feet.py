@@ -8,7 +8,8 @@ from refimpl.motion import foot_ik
 def my_locks(points, labels):
     out = np.full_like(points, np.nan)
     for begin, end in foot_ik.stretches(labels):
-        frames = slice(begin, end + 1)                                # the step after the last label ends one frame later
+        # the step after the last label ends one frame later
+        frames = slice(begin, end + 1)
         out[frames] = points[frames].mean(axis=0)
     return out
 

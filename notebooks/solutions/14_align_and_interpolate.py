@@ -10,7 +10,8 @@ def my_accumulate(d):
     C = np.empty((P, Q))
     for p in range(P):
         for q in range(Q):
-            before = [C[p - 1, q - 1] if p and q else np.inf, C[p - 1, q] if p else np.inf, C[p, q - 1] if q else np.inf]
+            before = [C[p - 1, q - 1] if p and q else np.inf, C[p - 1, q] if p else np.inf,
+                      C[p, q - 1] if q else np.inf]
             C[p, q] = d[p, q] + (min(before) if p or q else 0.0)
     return C
 
@@ -21,7 +22,8 @@ def my_dtw(X, Y):
     path = [(p, q)]
     while p or q:
         if p and q:
-            ways = [(p - 1, q - 1), (p - 1, q), (p, q - 1)]                   # of equal ones min takes the first
+            # of equal ones min takes the first
+            ways = [(p - 1, q - 1), (p - 1, q), (p, q - 1)]
             p, q = min(ways, key=lambda way: C[way])
         else:
             p, q = (p - 1, q) if p else (p, q - 1)
@@ -33,7 +35,8 @@ def my_blend(X, Y, path, alpha):
     curve, n0, n1 = align.time_curve(path)
     T = round((1 - alpha) * len(X) + alpha * len(Y))
     k = np.arange(T)
-    n = ((1 - alpha) * align.read_at(n0, k * (len(X) - 1) / (T - 1)) + alpha * align.read_at(n1, k * (len(Y) - 1) / (T - 1)))
+    n = (((1 - alpha) * align.read_at(n0, k * (len(X) - 1) / (T - 1))
+          + alpha * align.read_at(n1, k * (len(Y) - 1) / (T - 1))))
     n = np.maximum.accumulate(np.clip(n, 0, len(curve) - 1))
     n[0], n[-1] = 0, len(curve) - 1
     p, q = align.read_at(curve, n).T
@@ -43,7 +46,9 @@ def my_blend(X, Y, path, alpha):
 def my_blend_roots(A, B, alpha):
     B = B.copy()
     B[:, 3] -= 2 * np.pi * np.round((B[0, 3] - A[0, 3]) / (2 * np.pi))
-    out = (1 - alpha) * A + alpha * B                                         # height and heading; the floor is replaced below
-    felt = sum(weight * align.turned(np.diff(R[:, [0, 2]], axis=0), -R[:-1, 3], "y") for weight, R in ((1 - alpha, A), (alpha, B)))
+    # height and heading; the floor is replaced below
+    out = (1 - alpha) * A + alpha * B
+    felt = sum(weight * align.turned(np.diff(R[:, [0, 2]], axis=0), -R[:-1, 3], "y") for weight,
+               R in ((1 - alpha, A), (alpha, B)))
     out[1:, [0, 2]] = out[0, [0, 2]] + np.cumsum(align.turned(felt, out[:-1, 3], "y"), axis=0)
     return out

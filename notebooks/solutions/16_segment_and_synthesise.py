@@ -7,7 +7,8 @@ from refimpl.torresani2006 import align
 
 def my_one_stage(Y, fragments):
     d = [align.distances(Y, X) for X in fragments]
-    before, enter = [np.full(len(X), np.inf) for X in fragments], 0.0         # enter: what it costs to begin a fragment in this frame
+    # enter: what it costs to begin a fragment in this frame
+    before, enter = [np.full(len(X), np.inf) for X in fragments], 0.0
     for p in range(len(Y)):
         after = []
         for i, C in enumerate(before):
@@ -22,7 +23,8 @@ def my_one_stage(Y, fragments):
 
 def my_segment(Y, fragments):
     d = [align.distances(Y, X) for X in fragments]
-    before = [[(np.inf, 0)] * len(X) for X in fragments]                      # (cost, frame of entry) of every cell
+    # (cost, frame of entry) of every cell
+    before = [[(np.inf, 0)] * len(X) for X in fragments]
     enter, ends = 0.0, []
     for p in range(len(Y)):
         after = []

@@ -9,27 +9,31 @@ def my_backend():
     def relu(x):
         if x.dtype.kind != "f":
             raise ValueError(f"x: found {x.dtype}, needed floating-point numbers")
-        return np.maximum(x, x.dtype.type(0))                    # NaN wins every comparison of np.maximum
+        # NaN wins every comparison of np.maximum
+        return np.maximum(x, x.dtype.type(0))
 
     def relu_backward(dy, x):
         return np.where(x > 0, dy, dy.dtype.type(0))
 
     def avg_depool1d(h, width=2):
         if h.ndim != 3 or width < 1:
-            raise ValueError(f"found {h.ndim} axes and width {width}, needed 3 axes and a width from 1 on")
+            raise ValueError(
+                f"found {h.ndim} axes and width {width}, needed 3 axes and a width from 1 on")
         return np.repeat(h, width, axis=2) / h.dtype.type(width)
 
     def avg_depool1d_backward(dx, h, width=2):
         return dx.reshape(*h.shape, width).sum(axis=3) / dx.dtype.type(width)
 
-    return {"relu": relu, "relu_backward": relu_backward, "avg_depool1d": avg_depool1d, "avg_depool1d_backward": avg_depool1d_backward}
+    return {"relu": relu, "relu_backward": relu_backward, "avg_depool1d": avg_depool1d,
+            "avg_depool1d_backward": avg_depool1d_backward}
 
 
 def my_conv1d_backward(dy, x, w, b=None, *, stride=1, padding="same", dilation=1, groups=1):
     (N, C, T), (O, _, K), T_out = x.shape, w.shape, dy.shape[2]
     zeros = dilation * (K - 1)
     if padding == "same":
-        left, right = zeros // 2, zeros - zeros // 2             # the smaller half to the left: an even width shows it
+        # the smaller half to the left: an even width shows it
+        left, right = zeros // 2, zeros - zeros // 2
     elif padding == "valid":
         left, right = 0, 0
     else:
@@ -43,9 +47,11 @@ def my_conv1d_backward(dy, x, w, b=None, *, stride=1, padding="same", dilation=1
     dw = np.einsum("ngot,ngctk->gock", D, windows, optimize=True).reshape(w.shape)
     d_windows = np.einsum("ngot,gock->ngctk", D, filters, optimize=True).reshape(N, C, T_out, K)
     d_padded = np.zeros_like(padded)
-    np.add.at(d_padded, (slice(None), slice(None), at), d_windows)   # += keeps one of the values that meet at a place
+    # += keeps one of the values that meet at a place
+    np.add.at(d_padded, (slice(None), slice(None), at), d_windows)
     dx = d_padded[:, :, left:left + T]
-    db = None if b is None else dy.sum(axis=(0, 2))              # a sum over clips: the loss has its own mean, if any
+    # a sum over clips: the loss has its own mean, if any
+    db = None if b is None else dy.sum(axis=(0, 2))
     return dx, dw, db
 
 

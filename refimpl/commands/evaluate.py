@@ -99,7 +99,7 @@ def run(arguments: argparse.Namespace) -> None:
             {k: d for k, d in distances.items() if k[0] == style.name})
         for style in styles}
     first = contents[styles[0].name][0]
-    speed = evaluate.table_1(to_scale(first.features, dataset.leg, manifold.leg), first.contacts,
+    speed = evaluate.timings(to_scale(first.features, dataset.leg, manifold.leg), first.contacts,
                              evaluate.exemplars_of(dataset, styles[0], first.content), styles[0],
                              network=network)
     effect = evaluate.projection_effect(contents[styles[0].name], styles[0], dataset.leg)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from .. import nn
-from ..nn.adam import STEPS
+from ..nn.adam import LARGEST_COUNT
 from ..nn.arguments import check_whole
 from . import definitions_nn as definitions
 from .specification import Bad, Sample, operation, ruled
@@ -216,7 +216,7 @@ def adam_step(p: np.ndarray, g: np.ndarray, m: np.ndarray, v: np.ndarray, *, t: 
 
     p, g, m, v : one shape  ->  p, m, v of that shape
     """
-    check_whole("t", t, 1, STEPS)
+    check_whole("t", t, 1, LARGEST_COUNT)
     return adam_of_one_array(p, g, m, v, t=t, rate=rate, beta1=beta1, beta2=beta2, epsilon=epsilon)
 
 

@@ -19,7 +19,8 @@ from ..motion.foot_ik import two_bone
 
 THIGH, SHIN = 39.0, 41.0
 ANKLE_HEIGHT, TOE_HEIGHT = 11.74, 4.25       # of a foot that stands flat
-FOOT = np.array([0.0, TOE_HEIGHT - ANKLE_HEIGHT, 9.06])      # from ankle to ball, 11.76 long
+# from ankle to ball, 11.76 long
+ANKLE_TO_BALL = np.array([0.0, TOE_HEIGHT - ANKLE_HEIGHT, 9.06])
 LEG_REACH = 0.986 * (THIGH + SHIN)           # of a planted leg at most: 19 degrees of knee
 
 
@@ -169,8 +170,9 @@ def plan_foot(phase: np.ndarray, path: Path, side: int, start: float, stance: fl
                           ease((c - raise_toe) / max(1.0 - raise_toe, 1e-9)))
 
     turn = rotation.yaw_rotation(yaw)
-    flat = (turn @ FOOT[:, None])[..., 0]
-    ankle = ankle_flat + flat - (turn @ rotation.axis_rotation("X", h) @ FOOT[:, None])[..., 0]
+    flat = (turn @ ANKLE_TO_BALL[:, None])[..., 0]
+    ankle = (ankle_flat + flat
+             - (turn @ rotation.axis_rotation("X", h) @ ANKLE_TO_BALL[:, None])[..., 0])
     planted = c <= stance
     return FootPlan(ankle, yaw, h - g, -h * (1.0 - ease(u / 0.45)), planted & (c <= lift),
                     planted & (c >= land), u)

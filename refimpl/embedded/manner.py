@@ -8,7 +8,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Style:
+class Manner:
     """How a content is carried out; the defaults are a neutral adult.
 
     Factors on the content's own value, 1 is neutral: speed;  stride (at a given speed: below 1
@@ -53,35 +53,35 @@ class Style:
 
 
 STYLES = {
-    "normal": Style(),
-    "old": Style(speed=0.5, stride=0.74, clearance=0.4, roll=0.3, width=1.3, sway=1.3, twist=0.4,
-                 arm_swing=0.3, lean=20.0, slump=24.0, head=6.0, toe_out=11.0, arm_forward=16.0,
-                 elbow=55.0, tremor=0.7, crouch=6.0, stance=0.05),
-    "zombie": Style(speed=0.5, stride=0.9, clearance=0.3, roll=0.25, width=1.4, sway=2.6, twist=0.3,
-                    arm_swing=0.1, lean=3.0, head=6.0, tilt=7.0, tremor=0.4, stance=0.03, reach=1.0,
-                    stiffness=0.8, limp=0.2),
-    "depressed": Style(speed=0.62, stride=0.86, clearance=0.6, roll=0.6, sway=1.1, twist=0.5,
-                       arm_swing=0.25, lean=8.0, slump=26.0, head=38.0, arm_forward=4.0, elbow=-8.0,
-                       crouch=1.5, stance=0.03),
-    "injured": Style(speed=0.6, stride=0.84, roll=0.8, width=1.1, sway=1.4, arm_swing=0.6, lean=8.0,
-                     head=8.0, arm_out=7.0, elbow=16.0, limp=1.0),
-    "proud": Style(speed=1.05, stride=1.08, roll=1.1, twist=1.2, arm_swing=1.35, lean=-5.0,
-                   slump=-12.0, head=-10.0, arm_out=8.0, bounce=1.0),
-    "childlike": Style(speed=1.05, stride=0.82, clearance=1.5, sway=1.3, twist=1.6, arm_swing=1.7,
-                       head=-6.0, arm_out=16.0, elbow=10.0, bounce=2.2),
-    "angry": Style(speed=1.25, width=1.2, twist=1.4, arm_swing=1.35, lean=12.0, head=10.0,
-                   arm_out=9.0, elbow=45.0, sharpness=0.8)}
+    "normal": Manner(),
+    "old": Manner(speed=0.5, stride=0.74, clearance=0.4, roll=0.3, width=1.3, sway=1.3, twist=0.4,
+                  arm_swing=0.3, lean=20.0, slump=24.0, head=6.0, toe_out=11.0, arm_forward=16.0,
+                  elbow=55.0, tremor=0.7, crouch=6.0, stance=0.05),
+    "zombie": Manner(speed=0.5, stride=0.9, clearance=0.3, roll=0.25, width=1.4, sway=2.6,
+                     twist=0.3, arm_swing=0.1, lean=3.0, head=6.0, tilt=7.0, tremor=0.4,
+                     stance=0.03, reach=1.0, stiffness=0.8, limp=0.2),
+    "depressed": Manner(speed=0.62, stride=0.86, clearance=0.6, roll=0.6, sway=1.1, twist=0.5,
+                        arm_swing=0.25, lean=8.0, slump=26.0, head=38.0, arm_forward=4.0,
+                        elbow=-8.0, crouch=1.5, stance=0.03),
+    "injured": Manner(speed=0.6, stride=0.84, roll=0.8, width=1.1, sway=1.4, arm_swing=0.6,
+                      lean=8.0, head=8.0, arm_out=7.0, elbow=16.0, limp=1.0),
+    "proud": Manner(speed=1.05, stride=1.08, roll=1.1, twist=1.2, arm_swing=1.35, lean=-5.0,
+                    slump=-12.0, head=-10.0, arm_out=8.0, bounce=1.0),
+    "childlike": Manner(speed=1.05, stride=0.82, clearance=1.5, sway=1.3, twist=1.6, arm_swing=1.7,
+                        head=-6.0, arm_out=16.0, elbow=10.0, bounce=2.2),
+    "angry": Manner(speed=1.25, width=1.2, twist=1.4, arm_swing=1.35, lean=12.0, head=10.0,
+                    arm_out=9.0, elbow=45.0, sharpness=0.8)}
 
 
-def blend(style_a: Style, style_b: Style, alpha: float) -> Style:
+def blend(style_a: Manner, style_b: Manner, alpha: float) -> Manner:
     r"""Every parameter `(1 - alpha) a + alpha b`; alpha 0 gives a, 1 gives b, a little beyond
     exaggerates.
 
     >>> round(blend(STYLES["normal"], STYLES["old"], 0.5).lean, 6)
     10.0
     """
-    return Style(**{f.name: (1.0 - alpha) * getattr(style_a, f.name)
-                    + alpha * getattr(style_b, f.name) for f in fields(Style)})
+    return Manner(**{f.name: (1.0 - alpha) * getattr(style_a, f.name)
+                     + alpha * getattr(style_b, f.name) for f in fields(Manner)})
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,10 @@ from .walkers import make_clip
 
 BANDAI = "Bandai-Namco-Research-Motiondataset, CC BY-NC 4.0: non-commercial"
 # What the embedded motion calls a content or a style, and what recorded clips call it.
-CONTENTS = {"jog": ("run",), "turn-left": ("walk-turn-left",), "turn-right": ("walk-turn-right",)}
-STYLES = {"old": ("elderly", "old"), "depressed": ("sad", "exhausted"), "injured": ("tired",),
-          "childlike": ("childish", "youthful"), "proud": ("proud", "masculine")}
+CONTENT_NAMES = {"jog": ("run",), "turn-left": ("walk-turn-left",),
+                 "turn-right": ("walk-turn-right",)}
+STYLE_NAMES = {"old": ("elderly", "old"), "depressed": ("sad", "exhausted"), "injured": ("tired",),
+               "childlike": ("childish", "youthful"), "proud": ("proud", "masculine")}
 
 
 def sample_take(content: str = "walk", style: str = "normal",
@@ -30,8 +31,8 @@ def sample_take(content: str = "walk", style: str = "normal",
     made = make_clip(content, style, seconds=seconds)
     folder = os.environ.get("REFIMPL_MOCAP")
     if folder:
-        wanted = {(c, s) for c in (content, *CONTENTS.get(content, ()))
-                  for s in (style, *STYLES.get(style, ()))}
+        wanted = {(c, s) for c in (content, *CONTENT_NAMES.get(content, ()))
+                  for s in (style, *STYLE_NAMES.get(style, ()))}
         labels = labels_by_pattern(find_clips(folder))
         for path in sorted((path for path in labels if labels[path] in wanted),
                            key=lambda path: path.name, reverse=True):

@@ -2,9 +2,9 @@ r"""Walkers and joggers made from nothing but formulas: the embedded data, with 
 contacts and phase.
 
 Their skeleton has exactly the 21 joints of `joints.SLOTS`, a T-pose at rest, centimetres, y up, 60
-frames per second, and faces +z with its left side at +x. Who walks is a `Style` and a `Person`; the
-legs are those of `gait`; trunk and arms swing on cosines of the phase. Everything is deterministic:
-the same arguments make the same bits.
+frames per second, and faces +z with its left side at +x. Who walks is a `Manner` and a `Person`;
+the legs are those of `gait`; trunk and arms swing on cosines of the phase. Everything is
+deterministic: the same arguments make the same bits.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from ..motion.features import FPS
 from ..motion.joints import PARENTS, SLOT, SLOTS
 from . import gait as legs
 # blend is part of this module's face
-from .manner import STYLES, Person, Style, blend, person  # noqa: F401
+from .manner import STYLES, Person, Manner, blend, person  # noqa: F401
 
 # The gait and the turn, radians / second.
 CONTENTS = {"walk": (legs.WALK, 0.0), "jog": (legs.JOG, 0.0), "turn-left": (legs.WALK, 0.55),
@@ -29,7 +29,7 @@ GRAVITY = 981.0                                      # cm / s^2
 _ARM = {"Arm": (15.0, 12.0, -0.5), "ForeArm": (24.0, 0.0, 0.0), "Hand": (22.0, 0.0, 0.0),
         "Finger": (3.9, 0.0, 0.0)}
 _LEG = {"UpLeg": (7.5, -1.8, 0.0), "Leg": (0.0, -legs.THIGH, 0.0), "Foot": (0.0, -legs.SHIN, 0.0),
-        "Toe": tuple(legs.FOOT)}
+        "Toe": tuple(legs.ANKLE_TO_BALL)}
 OFFSETS = {"Hips": (0.0, 93.0, 0.0), "Spine": (0.0, 10.0, -1.0), "Chest": (0.0, 14.0, -0.5),
            "Neck": (0.0, 16.0, 0.5), "Head": (0.0, 8.0, 1.5)}
 OFFSETS.update({side + part: (sign * x, y, z) for side, sign in (("Left", 1.0), ("Right", -1.0))
@@ -64,12 +64,12 @@ def skeleton_joints(person: Person = Person()) -> tuple[Joint, ...]:
                  for name, parent in zip(SLOTS, PARENTS))
 
 
-def make_clip(content: str = "walk", style: str | Style = "normal", person: Person = Person(),
+def make_clip(content: str = "walk", style: str | Manner = "normal", person: Person = Person(),
               seconds: float = 4.0, seed: int = 0, speed: float | None = None,
               turn: float | None = None) -> Motion:
     r"""A clip of somebody who walks or jogs somewhere.
 
-    content : a name in CONTENTS;  style : a name in STYLES or a Style
+    content : a name in CONTENTS;  style : a name in STYLES or a Manner
     seconds : length, at least one frame;  seed : the phase at the start and small irregularities
     speed : cm/s and turn : radians/s (positive: left), instead of the content's own
     ->  Motion of round(60 seconds) frames
@@ -81,13 +81,13 @@ def make_clip(content: str = "walk", style: str | Style = "normal", person: Pers
     """
     if content not in CONTENTS:
         raise ValueError(f"content: found {content!r}, needed one of {', '.join(CONTENTS)}")
-    if not isinstance(style, Style) and style not in STYLES:
-        raise ValueError(f"style: found {style!r}, needed a Style or one of {', '.join(STYLES)}")
+    if not isinstance(style, Manner) and style not in STYLES:
+        raise ValueError(f"style: found {style!r}, needed a Manner or one of {', '.join(STYLES)}")
     if not (np.isfinite(seconds) and round(FPS * seconds) >= 1):
         raise ValueError(f"seconds: found {seconds}, needed at least one frame, 1/{FPS:g}")
     frames = round(FPS * seconds)
     rng = np.random.default_rng([seed, 4])
-    name, plain = ("custom", style) if isinstance(style, Style) else (style, STYLES[style])
+    name, plain = ("custom", style) if isinstance(style, Manner) else (style, STYLES[style])
     worn = _worn_by(plain, person)
     gait, usual_turn = CONTENTS[content]
     gait, cadence = _styled(gait, worn, person, speed)
@@ -137,7 +137,7 @@ def make_database(seconds_per_clip: float = 8.0, people: int = 2,
 
 
 def _worn_by(style, person):
-    """The style with a person's habits in it.   ->  Style"""
+    """The style with a person's habits in it.   ->  Manner"""
     factors = {name: getattr(style, name) * getattr(person, name)
                for name in ("arm_swing", "width", "sway")}
     added = {name: getattr(style, name) + getattr(person, name)

@@ -24,10 +24,11 @@ from ..nn import gram
 from ..torresani2006.pca import principal_axes, standardisation
 from .measures import hidden_units
 
-SPAN, HOP, COMPONENTS, SHRINKAGE = 120, 30, 40, 0.2
+SPAN, SPAN_HOP, DIMENSIONS, SHRINKAGE = 120, 30, 40, 0.2
 
 
-def sliding_windows(features: np.ndarray, span: int = SPAN, hop: int = HOP) -> list[np.ndarray]:
+def sliding_windows(features: np.ndarray, span: int = SPAN,
+                    hop: int = SPAN_HOP) -> list[np.ndarray]:
     """Windows of `span` frames every `hop`; the last ends with the clip, a shorter clip is one
     window.   (T, D)  ->  list of (<= span, D)
 
@@ -65,7 +66,7 @@ def gram_vectors(features: np.ndarray, manifold: Manifold) -> np.ndarray:
     H = hidden_units(features, manifold)                         # (m, T // 2)
     upper = np.triu_indices(len(H))
     rows = [gram(np.ascontiguousarray(window.T)[None])[0][upper] / len(window)
-            for window in sliding_windows(H.T, SPAN // 2, HOP // 2)]
+            for window in sliding_windows(H.T, SPAN // 2, SPAN_HOP // 2)]
     return np.sqrt(np.maximum(np.array(rows, dtype=float), 0.0))
 
 
@@ -103,7 +104,7 @@ class Classifier:
 
 
 def fit_classifier(clips: Sequence[tuple[np.ndarray, str, str]],
-                   vectors: Callable[[np.ndarray], np.ndarray], *, components: int = COMPONENTS,
+                   vectors: Callable[[np.ndarray], np.ndarray], *, components: int = DIMENSIONS,
                    shrinkage: float = SHRINKAGE) -> Classifier:
     """Fit the discriminant to labelled clips.
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import nn
 from ..fast import networks
-from .holden import Row, own_jerk
+from .holden import TableRow, own_jerk
 from ..holden2016 import bridge, losses, own, rows, search
 from ..holden2016.network import decode, encode, project
 from ..holden2017 import losses as losses_2017
@@ -59,7 +59,7 @@ WAYS = (CODE, replace(CODE, name="G scaled to the content's frames", scaled=True
         replace(CODE, name="rate 0.1, annealed", rate=0.1, anneal=True),
         replace(CODE, name="G scaled, rate 0.1, annealed, own bones", scaled=True, rate=0.1,
                 anneal=True, own_bones=True))
-OWN = "this package's own form"
+OWN_FORM = "this package's own form"
 
 
 def search_changed(content: np.ndarray, style: np.ndarray, network: bridge.Network, way: Way,
@@ -123,7 +123,7 @@ def _lengths(content):
 
 
 def measure_rows(result: np.ndarray, styled: np.ndarray, content: np.ndarray, style: np.ndarray,
-                 network: bridge.Network, fps: float) -> Row:
+                 network: bridge.Network, fps: float) -> TableRow:
     """What there is to say about rows (T, 73) beside their content's.
 
     *left*: distance of the Gram matrix a frame from the style's, the content's own = 1;  *first*:
@@ -172,7 +172,7 @@ def own_form(content: np.ndarray, style: np.ndarray, network: bridge.Network, se
 
 
 def ablation_rows(pairs: Sequence[tuple[str, np.ndarray, np.ndarray, float]],
-                  network: bridge.Network, seed: int = 0) -> Iterator[Row]:
+                  network: bridge.Network, seed: int = 0) -> Iterator[TableRow]:
     """Every way on every pair, beside the content itself and its projection.
 
     pairs : (name, content (T, 73), style (T_s, 73), the content's frames a second), of which the
@@ -186,7 +186,7 @@ def ablation_rows(pairs: Sequence[tuple[str, np.ndarray, np.ndarray, float]],
         results = {"the content itself": (content, content),
                    "the content, projected": (projected, projected),
                    **{way.name: search_changed(content, style, network, way, seed) for way in WAYS},
-                   OWN: (own_form(content, style, network, seed),
-                         own_form(content, style, network, seed, first=True))}
+                   OWN_FORM: (own_form(content, style, network, seed),
+                              own_form(content, style, network, seed, first=True))}
         for way, both in results.items():
             yield {"way": way, "pair": name, **measure_rows(*both, content, style, network, fps)}

@@ -17,7 +17,7 @@ from ..fast import networks
 from ..holden2016 import bridge, rows, search
 from ..holden2016.own import Settings, optimise, pairs
 from .classifiers import Classifier, fit_classifier, frechet_distance, gram_vectors, joint_vectors
-from .holden import Row, bone_errors, own_jerk, with_root
+from .holden import TableRow, bone_errors, own_jerk, with_root
 from .measures import content_distance, style_distance
 from ..holden2017.trained import Manifold, Style
 from ..holden2017.transfer import Stylised, onto_skeleton, project_features, stylise, transfer
@@ -31,7 +31,7 @@ from ..motion.joints import JOINTS
 
 CODED, OWN = "2016, as coded", "2016, own form"
 SYSTEMS = ("content", CODED, OWN, "2017 T(I), raw", "2017", "2017, own pace", "real")
-FRAMES = (240, 480, 960)
+TIMED_FRAMES = (240, 480, 960)
 
 
 class EvaluationError(ValueError):
@@ -116,7 +116,7 @@ def read_back(clip: Clip, path: str | Path) -> Take:
 
 
 def measure(result: Take, content: Take, exemplars: Sequence[np.ndarray], manifold: Manifold,
-            classifiers: Mapping[str, Classifier]) -> Row:
+            classifiers: Mapping[str, Classifier]) -> TableRow:
     """What there is to know about a result that was read again.
 
     exemplars : features on the manifold's scale;  classifiers : of `fit_classifiers`
@@ -148,7 +148,7 @@ def bone_error(result: Take, content: Take) -> float:
 
 
 def measure_real(clip: Labelled, leg: float, exemplars: Sequence[np.ndarray], manifold: Manifold,
-                 classifiers: Mapping[str, Classifier]) -> Row:
+                 classifiers: Mapping[str, Classifier]) -> TableRow:
     """The same of a real take of the style, from its features, where it can be said.
     leg : of the clip's dataset
     """
@@ -168,7 +168,7 @@ def _looks(features, exemplars, manifold, classifiers):
             **{f"{name} content": content for name, (_, content) in found.items()}}
 
 
-def summarise_systems(rows: Sequence[Row],
+def summarise_systems(rows: Sequence[TableRow],
                       distances: Mapping[tuple[str, str], float]) -> list[dict[str, Any]]:
     """One line a system.
 
@@ -223,8 +223,8 @@ def frechet_distances(windows: Mapping[tuple[str, str], Sequence[np.ndarray]],
             for (style, system), points in windows.items()}
 
 
-def table_1(features: np.ndarray, contacts: np.ndarray, exemplars: Sequence[np.ndarray],
-            style: Style, frames: Sequence[int] = FRAMES, repeats: int = 5,
+def timings(features: np.ndarray, contacts: np.ndarray, exemplars: Sequence[np.ndarray],
+            style: Style, frames: Sequence[int] = TIMED_FRAMES, repeats: int = 5,
             settings: Settings = Settings(), *,
             network: bridge.Network | None = None) -> list[dict[str, Any]]:
     """Table 1: seconds at several lengths in one run, medians, the clip repeated or cut to length.

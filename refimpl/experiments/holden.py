@@ -21,7 +21,7 @@ from .classifiers import Classifier, fit_classifier, joint_vectors
 from ..holden2017.pairing import TrainingSet, clean_windows, make_training_set
 from .measures import style_distance
 from ..holden2017.trained import Manifold, Style
-from ..holden2017.objective import Weights
+from ..holden2017.objective import LEG, Weights
 from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import project_features, stylise
 from ..motion.dataset import Dataset, Labelled, assemble
@@ -32,9 +32,9 @@ from ..motion.feet import foot_skate, jerk
 from ..motion.joints import BONES, JOINTS
 from ..motion.body import Take
 
-LEG = 80.0                                       # centimetres: all lengths are told for such a body
-NOISE = 3.0                                      # centimetres an axis, for such a body
-Row = dict[str, Any]
+# All lengths are told for a body with legs of LEG centimetres.
+NOISE = 3.0                                      # centimetres an axis
+TableRow = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,8 @@ def style_row(ground: Ground, manifold: Manifold, style: str, weights: Weights, 
     return medians | shares
 
 
-def nulls(ground: Ground, style: str, contents: str, referee: Manifold) -> list[tuple[str, Row]]:
+def nulls(ground: Ground, style: str, contents: str,
+          referee: Manifold) -> list[tuple[str, TableRow]]:
     """What the content itself, and real takes of the style that nobody learnt on, would get.
 
     ->  list of (who, numbers)
@@ -173,7 +174,7 @@ def _seen(clips: Sequence[Labelled], style: str, classifier: Classifier) -> floa
 
 def transfers(ground: Ground, style: Style, exemplars: dict[str, list],
               contents: Sequence[Labelled], referee: Manifold,
-              classifier: Classifier) -> list[Row]:
+              classifier: Classifier) -> list[TableRow]:
     """What a style makes of held-out contents, P(T(I)) with the root of T(I), one row a content."""
     rows = []
     for clip in contents:
@@ -187,7 +188,7 @@ def transfers(ground: Ground, style: Style, exemplars: dict[str, list],
 
 
 def look(ground: Ground, O: np.ndarray, clip: Labelled, style: str, exemplars: dict[str, list],
-         referee: Manifold, classifier: Classifier) -> Row:
+         referee: Manifold, classifier: Classifier) -> TableRow:
     """Style distance by the referee, what the classifier sees, jerk beside real takes of it."""
     shown = exemplars[clip.content]
     real = [own_jerk(ground.features(c, referee), c.fps) for c in ground.dataset.clips
@@ -199,7 +200,7 @@ def look(ground: Ground, O: np.ndarray, clip: Labelled, style: str, exemplars: d
             "jerk": own_jerk(O, clip.fps) / np.median(real)}
 
 
-def _compared(O: np.ndarray, X: np.ndarray, clip: Labelled, manifold: Manifold) -> Row:
+def _compared(O: np.ndarray, X: np.ndarray, clip: Labelled, manifold: Manifold) -> TableRow:
     """Beside the content: path (met within 5 % of the way and 0.1 leg), speed, bones, feet."""
     cm, positions = LEG / manifold.leg, decode(O, Start())
     path, way = cm * path_error(O, X)[0], cm * path_length(X)

@@ -27,13 +27,13 @@ from ..torresani2006.regress import MODELS, StyleModel, fit_model, linear_interp
 from ..torresani2006.segment import segment
 from ..torresani2006.synthesise import contents_of, join, observed_style, restyle
 
-ACTIONS, PERFORMERS, BLENDS, TRAINING, SPLITS = 5, 12, 105, 85, 500
+CAST_ACTIONS, PERFORMERS, PAPER_BLENDS, TRAINING, SPLITS = 5, 12, 105, 85, 500
 PUBLISHED = {                                                # Table 1: flow, weight, time
     "linear interpolation": (0.65, 0.97, 1.01), "linear ridge": (1.03, 1.04, 1.01),
     "kernel ridge": (0.50, 0.39, 0.60), "support vector": (0.48, 0.48, 0.61)}
-TOLERANCE = 3                               # frames by which a cut may miss its place: 0.1 s
+CUT_TOLERANCE = 3                               # frames by which a cut may miss its place: 0.1 s
 RATES = ("sequences", "contents", "cuts", "fragments", "merged")
-NOISE, WARP = 0.02, 0.3                     # radians; how far the speed strays from 1
+POSE_NOISE, WARP = 0.02, 0.3                     # radians; how far the speed strays from 1
 
 
 class ExperimentError(ValueError):
@@ -61,7 +61,7 @@ def embedded_cast(performers: int = PERFORMERS, relative: bool = True) -> Cast:
     return Cast(database, np.array([f.name.rsplit("_", 1)[1] for f in database.fragments]))
 
 
-def folder_cast(folder: str | Path, pattern: str = PATTERN, actions: int = ACTIONS,
+def folder_cast(folder: str | Path, pattern: str = PATTERN, actions: int = CAST_ACTIONS,
                 performers: int = PERFORMERS,
                 report: Callable[[Path], None] = lambda path: None) -> Cast:
     """Five actions by twelve performers from a folder of clips: the actions that most performers
@@ -110,7 +110,7 @@ def sample_cast(performers: int = PERFORMERS) -> tuple[Cast, str]:
     return real, BANDAI if bandai else "clips of REFIMPL_MOCAP"
 
 
-def table_1(database: Database, splits: int = SPLITS, *, blends: int = BLENDS,
+def table_1(database: Database, splits: int = SPLITS, *, blends: int = PAPER_BLENDS,
             training: int = TRAINING, models: Sequence[str] = MODELS, seed: int = 0,
             report: Callable[[int], None] = lambda done: None) -> dict[str, np.ndarray]:
     """Mean squared errors of the models over random splits of random blends.
@@ -175,7 +175,7 @@ def figure_1(database: Database, model: StyleModel, pca: PrincipalComponents, *,
 
 
 def disguised(angles: np.ndarray, rng: np.random.Generator, warp: float = WARP,
-              noise: float = NOISE) -> np.ndarray:
+              noise: float = POSE_NOISE) -> np.ndarray:
     """The same motion, its speed straying smoothly from 1 by up to `warp`, and every angle with
     Gaussian noise.   (T, D)  ->  (T', D)
     """
@@ -188,8 +188,8 @@ def disguised(angles: np.ndarray, rng: np.random.Generator, warp: float = WARP,
 
 
 def cut_again(database: Database, trials: int = 40, length: int = 5, *, seed: int = 0,
-              warp: float = WARP, noise: float = NOISE,
-              tolerance: int = TOLERANCE) -> dict[str, float]:
+              warp: float = WARP, noise: float = POSE_NOISE,
+              tolerance: int = CUT_TOLERANCE) -> dict[str, float]:
     """Sequences of `length` known fragments, warped and with noise, segmented by the whole
     database.
 
@@ -208,7 +208,7 @@ def cut_again(database: Database, trials: int = 40, length: int = 5, *, seed: in
     return _rates(results)
 
 
-def cut_newcomers(cast: Cast, *, seed: int = 0, tolerance: int = TOLERANCE) -> dict[str, float]:
+def cut_newcomers(cast: Cast, *, seed: int = 0, tolerance: int = CUT_TOLERANCE) -> dict[str, float]:
     """Each performer's actions in a phrase of random order, joined, and segmented by the fragments
     of all others.   ->  as `cut_again`
     """

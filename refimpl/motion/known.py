@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from .features import POSITIONS, VELOCITIES
 
-PIECE, HOP = 60, 30                               # frames: a second, every half second
+PIECE, PIECE_HOP = 60, 30                               # frames: a second, every half second
 LEAST = 5                                         # clips without which there is no usual distance
 MEANS, DEVIATIONS = slice(0, 63), slice(63, 126)  # of the 63 positions
 TURNING, MOVING = slice(126, 127), slice(127, 129)
@@ -62,7 +62,7 @@ def known(clips: Sequence[np.ndarray]) -> Known | None:
 
 def _pieces(features):
     """(T, 66)  ->  (n, 129)"""
-    starts = range(0, max(1, len(features) - PIECE + 1), HOP)
+    starts = range(0, max(1, len(features) - PIECE + 1), PIECE_HOP)
     return np.array([_told(features[s:s + PIECE]) for s in starts])
 
 

@@ -9,7 +9,8 @@ import numpy as np
 from .arguments import check_arrays, check_whole
 
 VARIANTS = ("kingma-ba", "epsilon-hat", "no-bias-correction")
-STEPS = 2 ** 53                                                 # a count that a float holds exactly
+# a count that a float holds exactly
+LARGEST_COUNT = 2 ** 53
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -81,7 +82,7 @@ def _check(params, gradients, state, variant, **numbers):
             raise ValueError(f"{name}: found {number!r:.60}, needed a Python number from 0 "
                              f"{'to below 1' if below == 1 else 'on'}")
     _check_keys("state", state, ("t", "m", "v"), "t, m and v; begin with adam_start(params)")
-    check_whole("state['t']", state["t"], 0, STEPS)
+    check_whole("state['t']", state["t"], 0, LARGEST_COUNT)
     for what, other in (("gradients", gradients), ("state['m']", state["m"]),
                         ("state['v']", state["v"])):
         _check_keys(what, other, params, f"the keys of params, {sorted(params)}")

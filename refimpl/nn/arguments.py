@@ -9,7 +9,8 @@ import numpy as np
 
 # The precision ladder: every type that an operation takes, and the real type of its precision.
 PRECISION = {np.dtype(code): np.zeros((), code).real.dtype for code in "fdgFDG"}
-LARGEST = 2 ** 31 - 1             # of a width, stride, padding ...: an index that any machine holds
+# of a width, stride, padding ...: an index that any machine holds
+LARGEST_INDEX = 2 ** 31 - 1
 
 
 def check_arrays(*, ndim: Mapping[str, int] = {}, real: bool = False,
@@ -59,7 +60,7 @@ def check_shape(name: str, array: Any, shape: Sequence[int], because: str = "") 
         raise ValueError(f"{name}: found shape {np.shape(array)}, needed {tuple(shape)}{because}")
 
 
-def check_whole(name: str, value: Any, least: int, most: int = LARGEST) -> int:
+def check_whole(name: str, value: Any, least: int, most: int = LARGEST_INDEX) -> int:
     """A whole number from `least` to `most`; bool is none.   ->  int.   Raises ValueError.
 
     >>> check_whole("stride", np.int32(2), 1)

@@ -16,7 +16,8 @@ from ..motion.known import NUMBERS, Known
 from ..motion.windows import FORMS, Normaliser
 from ..storage import FormatError, load_npz, plausible, save_npz
 
-VERSION, STYLE_VERSION = 2, 3          # since these the root's velocity is that to the next frame
+# since these the root's velocity is that to the next frame
+MANIFOLD_VERSION, STYLE_VERSION = 2, 3
 _BODY = {"mean": (FEATURES,), "deviation": (FEATURES,), "bones": (len(BONES),)}
 _FACTS = {"leg": float, "source": str, "normaliser": str, "depooling": str}
 _STYLE_LISTS = ("contents", "exemplar_contents", "learned", "exemplars")
@@ -26,12 +27,13 @@ _STYLE_FACTS = {**_FACTS, "name": str, **dict.fromkeys(_STYLE_LISTS, list), "rea
 
 def save_manifold(path: str | Path, manifold: Manifold) -> None:
     """Write a Manifold, whole or not at all."""
-    save_npz(path, "manifold", VERSION, *_parts(manifold))
+    save_npz(path, "manifold", MANIFOLD_VERSION, *_parts(manifold))
 
 
 def load_manifold(path: str | Path) -> Manifold:
     """Read a Manifold.   Raises FormatError when its parts do not fit each other."""
-    return _manifold(path, *load_npz(path, "manifold", VERSION, ("W0", "b0", *_BODY), _FACTS))
+    return _manifold(path, *load_npz(path, "manifold", MANIFOLD_VERSION, ("W0", "b0", *_BODY),
+                                     _FACTS))
 
 
 def save_style(path: str | Path, style: Style) -> None:

@@ -16,7 +16,7 @@ from .poses import HEADING, Fragment
 
 LOWEST, HIGHEST = -0.25, 1.25           # alpha: a quarter beyond both ends
 SMOOTH = 6.0                            # standard deviation of the Gaussian over a path, in frames
-STEPS = ((1, 1), (1, 0), (0, 1))        # of a path, of equals the first
+PATH_STEPS = ((1, 1), (1, 0), (0, 1))        # of a path, of equals the first
 CELLS = 6_000_000                       # of distance at a time: about 150 MB
 
 
@@ -118,7 +118,7 @@ def dtw(X: np.ndarray, Y: np.ndarray) -> tuple[float, np.ndarray]:
     p, q = len(X) - 1, len(Y) - 1
     cost, path = float(C[p + q, p]), [(p, q)]
     while p or q:
-        ways = [(C[p + q - i - j, p - i], p - i, q - j) for i, j in STEPS if i <= p and j <= q]
+        ways = [(C[p + q - i - j, p - i], p - i, q - j) for i, j in PATH_STEPS if i <= p and j <= q]
         _, p, q = min(ways, key=lambda way: way[0])          # the first of equals
         path.append((p, q))
     return cost, np.array(path[::-1])
@@ -202,7 +202,7 @@ def time_curve(path: np.ndarray, smooth: float = SMOOTH) -> tuple[np.ndarray, ..
     """
     path = np.asarray(path)
     if path.shape[1:] != (2,) or not len(path) or path[0].any() or not (
-            set(map(tuple, np.diff(path, axis=0).tolist())) <= set(STEPS)):
+            set(map(tuple, np.diff(path, axis=0).tolist())) <= set(PATH_STEPS)):
         raise AlignError(f"path: found an array of shape {path.shape}, needed (L, 2) frames from "
                          "(0, 0) on, each of both going on by 0 or 1 a step")
     curve = path.astype(float)

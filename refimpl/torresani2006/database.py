@@ -14,7 +14,7 @@ from ..embedded import performers
 from .align import HIGHEST, LOWEST, all_pairs, clusters, interpolate, threshold_for
 from .observe import Observer, fit_observer, observe, read_labels
 from .pca import COMPONENTS, PrincipalComponents, fit_pca, pca_scores
-from .poses import FPS, Body, Fragment, fit_body, fragment_of
+from .poses import POSE_FPS, Body, Fragment, fit_body, fragment_of
 from .regress import StyleModel, fit_model, inputs
 
 BLENDS = 400
@@ -93,7 +93,7 @@ def embedded_database(number: int = 12, first: int = 0, relative: bool = True) -
 
 
 def read_database(folder: str | Path, *, labels: str | Path | None = None,
-                  pattern: str = PATTERN, contents: int | None = None, fps: float = FPS,
+                  pattern: str = PATTERN, contents: int | None = None, fps: float = POSE_FPS,
                   keep: Callable[[str, str], bool] | None = None,
                   report: Callable[[Path], None] = lambda path: None) -> Database:
     """A folder of BVH clips as a database.

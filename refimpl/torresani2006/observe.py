@@ -24,17 +24,14 @@ from pathlib import Path
 
 import numpy as np
 
+from ..motion.dataset import LabelError
 from ..storage import read_table
-from .poses import Body, Fragment, joint_positions
+from .poses import Body, Fragment, fragment_positions
 
 EFFORTS = ("flow", "weight", "time")
 LIMIT = 3.0
 GAIN = 1.5                                  # two standard deviations reach the limit
 HEADER = ["clip", "start", "end", *EFFORTS]
-
-
-class LabelError(ValueError):
-    """A label file that does not fit the clips; the message names file and line."""
 
 
 class ObserveError(ValueError):
@@ -76,7 +73,7 @@ def kinematics(fragment: Fragment, body: Body) -> np.ndarray:
     if fragment.frames < 4:
         raise ObserveError(f"{fragment.name}: found {fragment.frames} frames, needed at least 4 to "
                            "see a jerk")
-    return measures(joint_positions(fragment, body), fragment.fps)
+    return measures(fragment_positions(fragment, body), fragment.fps)
 
 
 def descriptors(fragment: Fragment, body: Body, relative: bool = True) -> np.ndarray:

@@ -21,7 +21,7 @@ from ..motion.features import FLOOR
 from ..motion.skeleton import (ancestors, carrier, forward_kinematics, local_pose, resample,
                                with_pose)
 
-FPS = 30.0
+POSE_FPS = 30.0
 POSITION, HEADING = slice(0, 3), 3           # the columns of a root (T, 4)
 
 
@@ -80,7 +80,7 @@ class Fragment:
     style: np.ndarray | None
     angles: np.ndarray = field(repr=False)
     root: np.ndarray = field(repr=False)
-    fps: float = FPS
+    fps: float = POSE_FPS
 
     @property
     def frames(self) -> int:
@@ -203,7 +203,7 @@ def heading(R: np.ndarray, reference: np.ndarray, up: str) -> np.ndarray:
 
 def fragment_of(clip: Clip, body: Body, name: str, content: str | None = None,
                 style: np.ndarray | None = None, *, start: int = 0, end: int | None = None,
-                fps: float = FPS) -> Fragment:
+                fps: float = POSE_FPS) -> Fragment:
     """A stretch of a clip as a fragment at a frame rate, 30 a second unless told, its path scaled
     to the body's size.
 
@@ -260,7 +260,7 @@ def local_transforms(angles: np.ndarray, root: np.ndarray,
     return rotations, translations
 
 
-def joint_positions(fragment: Fragment, body: Body) -> np.ndarray:
+def fragment_positions(fragment: Fragment, body: Body) -> np.ndarray:
     """Where the joints are in the world.   ->  (T, J, 3) in the file's unit"""
     pose = local_transforms(fragment.angles, fragment.root, body)
     return forward_kinematics(body.parents, *pose)[1]

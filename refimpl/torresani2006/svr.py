@@ -12,8 +12,8 @@ C_n = 0 takes example n out, so that one kernel matrix serves all folds of a cro
 
 import numpy as np
 
-TOLERANCE = 1e-6
-STEPS = 200_000
+KKT_TOLERANCE = 1e-6
+MOST_STEPS = 200_000
 
 
 class SVRError(ValueError):
@@ -66,8 +66,8 @@ def kkt_violation(K: np.ndarray, y: np.ndarray, beta: np.ndarray, C: float | np.
 
 
 def fit_svr(K: np.ndarray, y: np.ndarray, C: float | np.ndarray, epsilon: float | np.ndarray, *,
-            kernel: np.ndarray | None = None, tolerance: float = TOLERANCE,
-            steps: int = STEPS) -> tuple[np.ndarray, np.ndarray]:
+            kernel: np.ndarray | None = None, tolerance: float = KKT_TOLERANCE,
+            steps: int = MOST_STEPS) -> tuple[np.ndarray, np.ndarray]:
     r"""Solve B problems side by side, two betas of each at a time.
 
     i is the example that most wants to rise. Of those j that want to sink, the one with the largest

@@ -19,7 +19,7 @@ from .regress import StyleModel, predict
 from .segment import Piece, segment
 
 NEIGHBOURS, SAMPLES, LOOKS = 12, 13, 8
-GOLDEN, TOLERANCE = (np.sqrt(5.0) - 1.0) / 2.0, 1e-5
+GOLDEN, GOLDEN_TOLERANCE = (np.sqrt(5.0) - 1.0) / 2.0, 1e-5
 SEAM = 0.6                                                   # seconds on either side of a joint
 
 
@@ -65,7 +65,7 @@ def neighbours(database: Database, i: int, count: int = NEIGHBOURS) -> np.ndarra
 
 
 def golden_section(f: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray,
-                   tolerance: float = TOLERANCE) -> np.ndarray:
+                   tolerance: float = GOLDEN_TOLERANCE) -> np.ndarray:
     r"""The minimum of many functions of one number side by side, each between its own ends.
 
     Two points inside, at 0.382 and 0.618 of the interval; the end beyond the worse one moves there
@@ -102,7 +102,7 @@ def golden_section(f: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high:
 
 
 def best_alpha(error: Callable[[np.ndarray], np.ndarray], count: int, samples: int = SAMPLES,
-               tolerance: float = TOLERANCE) -> np.ndarray:
+               tolerance: float = GOLDEN_TOLERANCE) -> np.ndarray:
     """The search of section 7.2 for many pairs side by side: the best of M uniform samples of alpha
     in [-0.25, 1.25], then a golden-section search between its neighbours; the sample itself where
     the search ends no lower.

@@ -1,6 +1,8 @@
-"""PyTorch under the names of `refimpl.nn`: values by its own kernels, gradients by its autograd; NumPy arrays in and out, precision kept.
+"""PyTorch under the names of `refimpl.nn`: values by its own kernels, gradients by its autograd;
+NumPy arrays in and out, precision kept.
 
-Needs torch (2.13.0 was used). `adam_step` takes one array and its moments, as the conformance kit calls it.
+Needs torch (2.13.0 was used). `adam_step` takes one array and its moments, as the conformance kit
+calls it.
 """
 
 import numpy as np
@@ -9,8 +11,11 @@ from torch.nn import functional as F
 
 
 def tensor(a):
-    """A copy, so that read-only and negatively strided arrays will do; None, numbers and words stay."""
-    return torch.from_numpy(np.array(a, order="C")) if isinstance(a, (np.ndarray, np.generic)) else a
+    """A copy, so that read-only and negatively strided arrays will do; None, numbers and words
+    stay.
+    """
+    return (torch.from_numpy(np.array(a, order="C")) if isinstance(a, (np.ndarray, np.generic))
+            else a)
 
 
 def array(t):
@@ -18,7 +23,9 @@ def array(t):
 
 
 def pair(f, arrays=1):
-    """f on tensors  ->  f on arrays, and its backward: one gradient for each of the first `arrays` inputs."""
+    """f on tensors  ->  f on arrays, and its backward: one gradient for each of the first `arrays`
+    inputs.
+    """
     def forward(*inputs, **attributes):
         return array(f(*map(tensor, inputs), **attributes))
 
@@ -26,13 +33,17 @@ def pair(f, arrays=1):
         inputs = [tensor(a) for a in inputs]
         wanted = [a.requires_grad_() for a in inputs[:arrays] if a is not None]
         y = f(*inputs, **attributes)
-        found = [array(d) for d in torch.autograd.grad(y, wanted, torch.tensor(np.array(dy), dtype=y.dtype))] + [None] * (arrays - len(wanted))
+        found = ([array(d) for d in torch.autograd.grad(y, wanted,
+                                                        torch.tensor(np.array(dy), dtype=y.dtype))]
+                 + [None] * (arrays - len(wanted)))
         return found[0] if arrays == 1 else tuple(found)
     return forward, backward
 
 
 def zeros(padding, w, stride, dilation):
-    """"same" as a pair, the larger half to the right. What else there is torch understands, or refuses."""
+    """"same" as a pair, the larger half to the right. What else there is torch understands, or
+    refuses.
+    """
     total = dilation * (w.shape[2] - 1)
     return (total // 2, total - total // 2) if padding == "same" and stride == 1 else padding
 
@@ -43,7 +54,8 @@ def conv1d(x, w, b=None, *, stride=1, padding="same", dilation=1, groups=1):
     return F.conv1d(x, w, b, stride, padding, dilation, groups)
 
 
-def conv_transpose1d(h, w, b=None, *, stride=1, padding="same", output_padding=0, dilation=1, groups=1):
+def conv_transpose1d(h, w, b=None, *, stride=1, padding="same", output_padding=0, dilation=1,
+                     groups=1):
     padding = (0, 0) if padding == "valid" else zeros(padding, w, stride, dilation)
     (left, right), padding = (padding, 0) if isinstance(padding, tuple) else ((0, 0), padding)
     full = F.conv_transpose1d(h, w, b, stride, padding, output_padding, groups, dilation)
@@ -67,12 +79,20 @@ def adam_step(p, g, m, v, *, t, rate=1e-3, beta1=0.9, beta2=0.999, epsilon=1e-8)
     return array(parameter), array(m), array(v)
 
 
-PAIRS = {"conv1d": pair(conv1d, 3), "conv_transpose1d": pair(conv_transpose1d, 3), "max_pool1d": pair(max_pool1d), "avg_pool1d": pair(avg_pool1d),
-         "max_unpool1d": pair(lambda h, indices, length: F.max_unpool1d(h, indices, length - h.shape[2] + 1, 1, 0, (length,))),
+PAIRS = {"conv1d": pair(conv1d, 3), "conv_transpose1d": pair(conv_transpose1d, 3),
+         "max_pool1d": pair(max_pool1d), "avg_pool1d": pair(avg_pool1d),
+         "max_unpool1d": pair(lambda h, indices,
+                              length: F.max_unpool1d(h, indices, length - h.shape[2] + 1, 1, 0,
+                                                     (length,))),
          "avg_depool1d": pair(lambda h, width=2: F.interpolate(h, scale_factor=width) / width),
-         "relu": pair(torch.relu), "gram": pair(lambda h: h @ h.mT), "l1": pair(lambda a: a.abs().sum()),
+         "relu": pair(torch.relu), "gram": pair(lambda h: h @ h.mT),
+         "l1": pair(lambda a: a.abs().sum()),
          "norm": pair(lambda r: torch.linalg.vector_norm(r[:, None].flatten(1), dim=1)),
-         "sum_squares": pair(lambda r: r[:, None].flatten(1).square().sum(1)), "mean_squares": pair(lambda r: r[:, None].flatten(1).square().mean(1)),
+         "sum_squares": pair(lambda r: r[:, None].flatten(1).square().sum(1)),
+         "mean_squares": pair(lambda r: r[:, None].flatten(1).square().mean(1)),
          "squared_error": pair(F.mse_loss, 2), "absolute_error": pair(F.l1_loss, 2)}
-BACKEND = {name: f for name, (f, _) in PAIRS.items()} | {f"{name}_backward": f for name, (_, f) in PAIRS.items()}
-BACKEND |= {"max_pool1d_indices": lambda *a, **k: pair(lambda *b: max_pool1d(*b, return_indices=True, **k)[1])[0](*a), "adam_step": adam_step}
+BACKEND = ({name: f for name, (f, _) in PAIRS.items()} | {f"{name}_backward": f for name,
+                                                          (_, f) in PAIRS.items()})
+BACKEND |= {"max_pool1d_indices": lambda *a,
+            **k: pair(lambda *b: max_pool1d(*b, return_indices=True, **k)[1])[0](*a),
+            "adam_step": adam_step}

@@ -19,7 +19,8 @@ def not_a_number_accepted(X, Y):
 def root_averaged(X, Y, root_X, root_Y, path, *, alpha, smooth=6.0, up="y"):
     """The root blended in world axes, not step by step as the body sees them."""
     p, q = align.synchronised(path, alpha, smooth)
-    angles, root = ours.space_time_interpolation(X, Y, root_X, root_Y, path, alpha=alpha, smooth=smooth, up=up)
+    angles, root = ours.space_time_interpolation(X, Y, root_X, root_Y, path, alpha=alpha,
+                                                 smooth=smooth, up=up)
     return angles, (1 - alpha) * align.read_at(root_X, p) + alpha * align.read_at(root_Y, q)
 
 
@@ -40,7 +41,8 @@ def changed(function, number, change):
 
 
 def not_centred(frames, *, lengths, components, length):
-    mean, basis, coefficients = ours.principal_components(frames, lengths=lengths, components=components, length=length)
+    mean, basis, coefficients = ours.principal_components(frames, lengths=lengths,
+                                                          components=components, length=length)
     return mean, basis, coefficients + basis @ mean
 
 
@@ -80,32 +82,44 @@ FAULTS = (
     ("2006: the first frames' distance forgotten", "dtw_cost", first_frames_forgotten),
     ("2006: NaN accepted in a sequence", "dtw_cost", not_a_number_accepted),
     ("2006: of equal ways the step in the first sequence", "dtw_path", rivals.along_p_first),
-    ("2006: a path of the exchanged sequences", "dtw_path", lambda X, Y: ours.dtw_path(Y, X)[:, ::-1]),
-    ("2006: a distance of the threshold matches", "content_clusters", lambda ssd, *, threshold: align.clusters(ssd, np.nextafter(threshold, 9))),
+    ("2006: a path of the exchanged sequences", "dtw_path", lambda X,
+     Y: ours.dtw_path(Y, X)[:, ::-1]),
+    ("2006: a distance of the threshold matches", "content_clusters", lambda ssd, *,
+     threshold: align.clusters(ssd, np.nextafter(threshold, 9))),
     ("2006: alpha exchanged", "space_time_interpolation", rivals.exchanged),
     ("2006: the root averaged in world axes", "space_time_interpolation", root_averaged),
     ("2006: the path not smoothed", "space_time_interpolation", path_not_smoothed),
     ("2006: the floor's turn of the other up axis", "space_time_interpolation", wrong_up),
-    ("2006: principal directions of the other sign", "principal_components", changed("principal_components", 1, np.negative)),
+    ("2006: principal directions of the other sign", "principal_components",
+     changed("principal_components", 1, np.negative)),
     ("2006: coefficients not centred", "principal_components", not_centred),
     ("2006: the kernel's distance not squared", "gaussian_kernel", rivals.not_squared),
     ("2006: gamma for the kernel's width", "gaussian_kernel", rivals.width_for_gamma),
     ("2006: no ridge", "linear_ridge", lambda Z, Y, *, ridge: np.linalg.lstsq(Z, Y, rcond=None)[0]),
-    ("2006: the ridge times the examples", "kernel_ridge", rivals.ridge_of_the_mean(ours.kernel_ridge)),
+    ("2006: the ridge times the examples", "kernel_ridge",
+     rivals.ridge_of_the_mean(ours.kernel_ridge)),
     ("2006: no tube", "support_vector_regression", no_tube),
     ("2006: a box a thousand times as large", "support_vector_regression", no_box),
     ("2006: no offset", "support_vector_regression", rivals.without_offset),
-    ("2006: linear interpolation as section 8 prints it", "predicted_style", rivals.printed_interpolation),
+    ("2006: linear interpolation as section 8 prints it", "predicted_style",
+     rivals.printed_interpolation),
     ("2006: inputs left out of a linear model", "predicted_style", not_standardised),
-    ("2006: cuts one frame late", "one_stage_segmentation", changed("one_stage_segmentation", 2, lambda ends: np.append(ends[:-1] + 1, ends[-1]))),
-    ("2006: the last piece's cost in the first", "one_stage_segmentation", changed("one_stage_segmentation", 3, lambda costs: costs[::-1])),
+    ("2006: cuts one frame late", "one_stage_segmentation",
+     changed("one_stage_segmentation", 2, lambda ends: np.append(ends[:-1] + 1, ends[-1]))),
+    ("2006: the last piece's cost in the first", "one_stage_segmentation",
+     changed("one_stage_segmentation", 3, lambda costs: costs[::-1])),
     ("2006: alpha from the samples alone", "best_alpha", samples_alone),
     ("2006: alpha from the search alone", "best_alpha", search_alone),
-    ("2006: the search's left end", "golden_section", lambda c, low, high, *, tolerance=1e-6: ours.golden_section(c, low, high, tolerance=tolerance) - 1e-3),
-    ("2006: rotations of the other hand", "exponential_map", lambda v: np.ascontiguousarray(rotation.exp_map(v).swapaxes(-1, -2))),
-    ("2006: rotation vectors in degrees", "rotation_vector", lambda R: np.degrees(rotation.log_map(R))),
+    ("2006: the search's left end", "golden_section", lambda c, low, high, *,
+     tolerance=1e-6: ours.golden_section(c, low, high, tolerance=tolerance) - 1e-3),
+    ("2006: rotations of the other hand", "exponential_map",
+     lambda v: np.ascontiguousarray(rotation.exp_map(v).swapaxes(-1, -2))),
+    ("2006: rotation vectors in degrees", "rotation_vector",
+     lambda R: np.degrees(rotation.log_map(R))),
     ("2006: rotation vectors that jump", "continuous_exponential_maps", jumping),
-    ("2006: jerk by the wrong power of the frame rate", "effort_measures", lambda p, *, fps: observe.measures(p, fps) * [1, 1, 1, 1 / fps]),
-    ("2006: mean energy for the largest", "effort_measures", lambda p, *, fps: observe.measures(p, fps) * [0.9, 1, 1, 1]),
+    ("2006: jerk by the wrong power of the frame rate", "effort_measures", lambda p, *,
+     fps: observe.measures(p, fps) * [1, 1, 1, 1 / fps]),
+    ("2006: mean energy for the largest", "effort_measures", lambda p, *,
+     fps: observe.measures(p, fps) * [0.9, 1, 1, 1]),
     ("2006: central differences", "effort_measures", rivals.central_differences),
 )

@@ -1,4 +1,6 @@
-"""The unharmed reference over many seeds: a kit that cries wolf is no use. `python -m tests.conformance.seeds 1000`"""
+"""The unharmed reference over many seeds: a kit that cries wolf is no use. `python -m
+tests.conformance.seeds 1000`
+"""
 
 import sys
 
@@ -7,7 +9,8 @@ from refimpl.conformance.prove import prove
 
 
 def false_alarms(seeds):
-    """Messages of all cases that the reference does not pass.   ->  list of str, number of verdicts"""
+    """Messages of all cases that the reference does not pass.   ->  list of str, number of verdicts
+    """
     messages, verdicts = [], 0
     for seed in seeds:
         for outcome in judge_all(reference(), cases(seed=seed)):
@@ -19,7 +22,8 @@ def false_alarms(seeds):
 
 def false_alarms_of_the_instruments(seeds):
     """The same for the second derivation and the gradient instruments."""
-    return [f"seed {seed}: {failure}" for seed in seeds for proof in prove(seed=seed) for failure in proof.failures]
+    return [f"seed {seed}: {failure}" for seed in seeds for proof in prove(seed=seed)
+            for failure in proof.failures]
 
 
 if __name__ == "__main__":
@@ -28,4 +32,5 @@ if __name__ == "__main__":
     print(f"{count} seeds, {verdicts} verdicts, {len(wrong)} false alarms", *wrong[:20], sep="\n")
     slow = max(1, count // 50)
     wrong = false_alarms_of_the_instruments(range(slow))
-    print(f"{slow} seeds of the second derivation and the instruments, {len(wrong)} false alarms", *wrong[:20], sep="\n")
+    print(f"{slow} seeds of the second derivation and the instruments, {len(wrong)} false alarms",
+          *wrong[:20], sep="\n")

@@ -1,4 +1,6 @@
-"""The kit passes the reference, catches each planted fault, and tells people and machines what it saw."""
+"""The kit passes the reference, catches each planted fault, and tells people and machines what it
+saw.
+"""
 
 import json
 from xml.etree import ElementTree
@@ -9,7 +11,8 @@ import pytest
 
 from refimpl import nn
 from refimpl.cli import main
-from refimpl.conformance import BackendError, as_backend, case, cases, judge, judge_all, load_backend, reference, rivals
+from refimpl.conformance import (BackendError, as_backend, case, cases, judge, judge_all,
+                                 load_backend, reference, rivals)
 from refimpl.conformance.golden import export, read_folder
 from refimpl.conformance.prove import prove
 from refimpl.conformance.strategies import clips, conv1d_inputs, pool_inputs
@@ -19,7 +22,8 @@ from tests.conformance.faults import FAULTS, GOOD, caught_by
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_unharmed_reference_passes(seed):
-    assert [o.message for o in judge_all(reference(), cases(seed=seed)) if o.status != "passed"] == []
+    assert ([o.message for o in judge_all(reference(), cases(seed=seed)) if o.status != "passed"]
+            == [])
 
 
 def test_the_reference_is_proved_by_its_second_derivation():
@@ -39,12 +43,16 @@ def test_there_are_enough_faults_and_all_differ():
 
 
 def test_rivals_are_named():
-    for function, wrong, words in (("gram", lambda h: nn.gram(h) / h.shape[2], "divided by the frames"),
+    for function, wrong, words in (("gram", lambda h: nn.gram(h) / h.shape[2],
+                                    "divided by the frames"),
                                    ("adam_step", rivals.adam_variant("epsilon-hat"), "epsilon-hat"),
-                                   ("max_pool1d_backward", rivals.tie_split_equally, "split equally"),
-                                   ("conv1d", rivals.flipped(nn.conv1d), "Theano")):
+                                   ("max_pool1d_backward", rivals.tie_split_equally,
+                                    "split equally"), ("conv1d", rivals.flipped(nn.conv1d),
+                                                       "Theano")):
         backend = {**GOOD, function: wrong}
-        found = [o for o in judge_all(backend, cases(operations=[function.removesuffix("_backward")])) if o.status == "failed"]
+        found = [o for o in judge_all(backend,
+                                      cases(operations=[function.removesuffix("_backward")]))
+                 if o.status == "failed"]
         assert found and any(words in o.rival for o in found), function
 
 
@@ -57,7 +65,8 @@ def test_a_failure_names_the_worst_element_and_how_to_see_it_again():
     outcome = judge(chosen, {"conv1d": wrong})
     assert outcome.status == "failed" and outcome.worst["index"] == [0, 1, 2]
     assert np.isclose(outcome.worst["got"] - outcome.worst["wanted"], 1.0)
-    assert "c = case('conv1d/plain/forward/float64', seed=0)" in outcome.message and "c.check(MINE)" in outcome.message
+    assert ("c = case('conv1d/plain/forward/float64', seed=0)" in outcome.message
+            and "c.check(MINE)" in outcome.message)
     with pytest.raises(AssertionError, match="worst at \\[0, 1, 2\\]"):
         chosen.check({"conv1d": wrong})
 
@@ -80,7 +89,9 @@ def test_declared_tolerances_count():
 def test_backends_from_modules_objects_and_mappings():
     assert load_backend("refimpl.nn").functions["gram"] is nn.gram
     assert load_backend("tests.conformance.faults:GOOD").functions["gram"] is GOOD["gram"]
-    for words, message in (("no_such_module_anywhere", "no module to import"), ("refimpl.nn:nothing", "found no 'nothing'"), ("json", "found no operation")):
+    for words, message in (("no_such_module_anywhere", "no module to import"),
+                           ("refimpl.nn:nothing", "found no 'nothing'"),
+                           ("json", "found no operation")):
         with pytest.raises(BackendError, match=message):
             load_backend(words)
     with pytest.raises(BackendError, match="tolerances"):
@@ -91,7 +102,8 @@ def test_cases_do_not_depend_on_each_other():
     alone = cases(operations=["gram"])
     among = [c for c in cases() if c.operation.name == "gram"]
     for a, b in zip(alone, among, strict=True):
-        assert a.id == b.id and all(np.array_equal(u, v, equal_nan=True) for u, v in zip(a.arguments, b.arguments))
+        assert (a.id == b.id and all(np.array_equal(u, v, equal_nan=True) for u,
+                                     v in zip(a.arguments, b.arguments)))
     assert len({c.id for c in cases()}) == len(cases())
     with pytest.raises(ValueError, match="found 'nothing'"):
         cases(operations=["nothing"])
@@ -115,7 +127,8 @@ def test_an_export_takes_away_its_own_earlier_vectors_and_nothing_else(tmp_path)
     export(tmp_path, operations=["gram"])
     names = {path.name for path in (tmp_path / "vectors").iterdir()}
     assert "notes.npz" in names and not any(name.startswith("relu") for name in names)
-    assert read_folder(tmp_path)[1] == ["vectors/notes.npz: found a file that the manifest does not list"]
+    assert (read_folder(tmp_path)[1]
+            == ["vectors/notes.npz: found a file that the manifest does not list"])
 
 
 def test_golden_vectors_can_be_read_without_the_package(tmp_path):
@@ -124,27 +137,37 @@ def test_golden_vectors_can_be_read_without_the_package(tmp_path):
     record = next(r for r in manifest["cases"] if r["id"] == "gram/plain/forward/float64")
     with np.load(tmp_path / record["file"]) as arrays:
         h = arrays[record["arguments"][0]["array"]]
-        np.testing.assert_allclose(np.einsum("nct,ndt->ncd", h, h), arrays[record["outputs"][0]["array"]], rtol=record["outputs"][0]["bound"])
+        np.testing.assert_allclose(np.einsum("nct,ndt->ncd", h, h),
+                                   arrays[record["outputs"][0]["array"]],
+                                   rtol=record["outputs"][0]["bound"])
     assert manifest["conventions"] and record["equation"] == "equation 6"
 
 
 def test_the_command_judges_a_backend(tmp_path, capsys, monkeypatch):
     (tmp_path / "mine.py").write_text("from refimpl import nn\n"
-                                      "MINE = {'gram': lambda h: nn.gram(h) / h.dtype.type(h.shape[2]), 'gram_backward': nn.gram_backward, 'relu': nn.relu}\n")
+                                      "MINE = {'gram': lambda h: nn.gram(h) / "
+                                      "h.dtype.type(h.shape[2]), 'gram_backward': "
+                                      "nn.gram_backward, 'relu': nn.relu}\n")
     monkeypatch.chdir(tmp_path)
-    arguments = ["check", "mine:MINE", "--operations", "gram,relu", "--json", "out.json", "--junit", "out.xml"]
+    arguments = ["check", "mine:MINE", "--operations", "gram,relu", "--json", "out.json", "--junit",
+                 "out.xml"]
     assert main(arguments) == 1
     out = capsys.readouterr().out
-    assert "a Gram matrix divided by the frames" in out and "skipped, not offered by the backend: relu_backward" in out
+    assert ("a Gram matrix divided by the frames" in out
+            and "skipped, not offered by the backend: relu_backward" in out)
     content = json.loads((tmp_path / "out.json").read_text())
-    assert content["command"] == "check" and content["verdict"] == "disagrees" and content["settings"]["operations"] == "gram,relu"
+    assert (content["command"] == "check" and content["verdict"] == "disagrees"
+            and content["settings"]["operations"] == "gram,relu")
     grades = [row["grade"] for row in content["rows"]]
     assert {"agrees", "convention", "not offered"} <= set(grades)
-    assert all(row["convention"] == "a Gram matrix divided by the frames" for row in content["rows"] if row["grade"] == "convention")
+    assert all(row["convention"] == "a Gram matrix divided by the frames" for row in content["rows"]
+               if row["grade"] == "convention")
     suite = ElementTree.parse(tmp_path / "out.xml").getroot()
-    assert int(suite.get("failures")) == sum(row["status"] == "failed" for row in content["rows"]) == len(suite.findall(".//failure"))
+    assert (int(suite.get("failures")) == sum(row["status"] == "failed" for row in content["rows"])
+            == len(suite.findall(".//failure")))
     (tmp_path / "known.txt").write_text("# divided by the frames\ngram/*/forward/*\n")
-    assert main([*arguments, "--xfail", "known.txt"]) == 1       # some of them pass: an unexpected pass is no silence either
+    # some of them pass: an unexpected pass is no silence either
+    assert main([*arguments, "--xfail", "known.txt"]) == 1
     assert "xpassed" in capsys.readouterr().out
     failing = [row["case"] for row in content["rows"] if row["status"] == "failed"]
     (tmp_path / "known.txt").write_text("\n".join(failing))
@@ -155,8 +178,9 @@ def test_the_command_proves_and_exports(tmp_path, capsys):
     assert main(["check", "--operations", "gram,norm", "--json", str(tmp_path / "proof.json")]) == 0
     assert "largest difference" in capsys.readouterr().out
     proof = json.loads((tmp_path / "proof.json").read_text())
-    assert proof["verdict"] == "agrees" and {"gram/plain/definition", "gram/plain/gradient", "gram/plain/contract",
-                                             "gram/plain/forward/float64"} <= {row["case"] for row in proof["rows"]}
+    assert (proof["verdict"] == "agrees" and {"gram/plain/definition", "gram/plain/gradient",
+                                              "gram/plain/contract", "gram/plain/forward/float64"}
+            <= {row["case"] for row in proof["rows"]})
     assert main(["export", str(tmp_path / "golden"), "--operations", "gram"]) == 0
     assert main(["check", "--golden", str(tmp_path / "golden")]) == 0
     assert "22 of 22 golden vectors agree" in capsys.readouterr().out
@@ -181,13 +205,17 @@ def test_strategies_make_valid_convolutions(inputs):
 @given(pool_inputs(), clips())
 def test_strategies_make_valid_pools_and_clips(inputs, h):
     (x, width), attributes = inputs
-    assert nn.max_pool1d(x, width, **attributes).shape == nn.avg_pool1d(x, width, **attributes).shape
+    assert (nn.max_pool1d(x, width, **attributes).shape
+            == nn.avg_pool1d(x, width, **attributes).shape)
     assert nn.gram(h).shape == (len(h), h.shape[1], h.shape[1])
 
 
 def test_conventions_are_named_for_those_who_follow_them_and_for_nobody_else():
-    """The measured false names before this rule: 260 of 808; a rival that follows its convention was named in 447 of 457."""
-    assert [name for name, (failures, named) in attributions.false_names(seed=2).items() if named or not failures] == []
+    """The measured false names before this rule: 260 of 808; a rival that follows its convention
+    was named in 447 of 457.
+    """
+    assert ([name for name, (failures, named) in attributions.false_names(seed=2).items() if named
+             or not failures] == [])
     rows = attributions.true_names(seed=2)
     total, right, otherwise = (sum(row[i] for row in rows.values()) for i in range(3))
     assert otherwise == 0 and right >= 0.94 * total and total > 400
@@ -201,19 +229,24 @@ def test_a_changed_argument_is_the_first_thing_said():
     outcomes = list(judge_all({"relu": in_place}, chosen))
     failed = [o for o in outcomes if o.status == "failed"]
     assert failed[0] is next(o for o in outcomes if o.case.function == "relu")
-    assert all("changed its argument x" in o.message for o in failed if o.grade == "wrong") and len(failed) >= 5
-    assert {o.status for o in judge_all({"relu": nn.relu}, chosen)} == {"passed", "skipped"}      # the cases are as they were
+    assert (all("changed its argument x" in o.message for o in failed if o.grade == "wrong")
+            and len(failed) >= 5)
+    # the cases are as they were
+    assert {o.status for o in judge_all({"relu": nn.relu}, chosen)} == {"passed", "skipped"}
 
 
 def test_the_call_in_between_is_a_valid_one():
-    """SciPy refuses a matrix that is no rotation, and was convicted for refusing a rotation plus 1."""
+    """SciPy refuses a matrix that is no rotation, and was convicted for refusing a rotation plus 1.
+    """
     from scipy.spatial.transform import Rotation
 
     def strict(R):
         if not np.allclose(R @ R.swapaxes(-1, -2), np.eye(3)):
             raise ValueError("R is no rotation")
         return Rotation.from_matrix(R).as_rotvec()
-    outcomes = [o for o in judge_all({"rotation_vector": strict}, cases(operations=["rotation_vector"])) if o.case.kind == "same bits twice"]
+    outcomes = [o for o in judge_all({"rotation_vector": strict},
+                                     cases(operations=["rotation_vector"]))
+                if o.case.kind == "same bits twice"]
     assert [o.status for o in outcomes] == ["passed"]
 
 
@@ -221,18 +254,24 @@ def test_a_buffer_used_twice_is_noticed():
     buffer = {}
 
     def reused(h):
-        out = buffer.setdefault((h.shape, h.dtype), np.empty((len(h), h.shape[1], h.shape[1]), h.dtype))
+        out = buffer.setdefault((h.shape, h.dtype),
+                                np.empty((len(h), h.shape[1], h.shape[1]), h.dtype))
         return np.matmul(h, h.swapaxes(1, 2), out=out)
-    failed = [o for o in judge_all({"gram": reused}, cases(operations=["gram"])) if o.status == "failed"]
+    failed = [o for o in judge_all({"gram": reused}, cases(operations=["gram"]))
+              if o.status == "failed"]
     assert any("a buffer used twice" in o.message for o in failed)
 
 
-@pytest.mark.parametrize("error", [SystemExit(0), GeneratorExit(), RuntimeError("no"), MemoryError(), BaseException()])
+@pytest.mark.parametrize("error",
+                         [SystemExit(0), GeneratorExit(), RuntimeError("no"), MemoryError(),
+                          BaseException()])
 def test_whatever_a_backend_raises_is_a_verdict(error, tmp_path, monkeypatch, capsys):
     def raises(h):
         raise error
-    failed = [o for o in judge_all({"gram": raises}, cases(operations=["gram"])) if o.case.function == "gram"]
-    assert {o.grade for o in failed} <= {"wrong", "undecidable"} and type(error).__name__ in failed[0].message
+    failed = [o for o in judge_all({"gram": raises}, cases(operations=["gram"]))
+              if o.case.function == "gram"]
+    assert ({o.grade for o in failed} <= {"wrong", "undecidable"}
+            and type(error).__name__ in failed[0].message)
 
 
 def test_a_backend_that_leaves_is_never_a_success(tmp_path, monkeypatch, capsys):
@@ -249,18 +288,22 @@ def test_a_backend_that_leaves_is_never_a_success(tmp_path, monkeypatch, capsys)
         assert "cannot be imported" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("tolerance", [0.2, 1e9, -1e-3, float("nan"), float("inf"), True, "1e-3", None])
+@pytest.mark.parametrize("tolerance",
+                         [0.2, 1e9, -1e-3, float("nan"), float("inf"), True, "1e-3", None])
 def test_tolerances_that_would_judge_nothing_are_refused(tolerance):
     with pytest.raises(BackendError, match="needed numbers from 0 to 0.1"):
         as_backend({"gram": nn.gram, "tolerances": {"float32": tolerance}})
 
 
 def test_names_that_are_no_operation_are_told_with_the_nearest(tmp_path, monkeypatch, capsys):
-    (tmp_path / "misspelt.py").write_text("from refimpl import nn\nMINE = {'gram': nn.gram, 'gram_bakward': nn.gram_backward, 'frobnicate': len}\n")
+    (tmp_path / "misspelt.py").write_text(
+        "from refimpl import nn\nMINE = {'gram': nn.gram, 'gram_bakward': nn.gram_backward, "
+        "'frobnicate': len}\n")
     monkeypatch.chdir(tmp_path)
     assert main(["check", "misspelt:MINE", "--operations", "gram", "--json", "out.json"]) == 0
     said = capsys.readouterr().out
-    assert "'gram_bakward' is no operation and was not judged; do you mean gram_backward?" in said and "'frobnicate'" in said
+    assert ("'gram_bakward' is no operation and was not judged; do you mean gram_backward?" in said
+            and "'frobnicate'" in said)
     unknown = json.loads((tmp_path / "out.json").read_text())["unknown"]
     assert {"name": "gram_bakward", "nearest": "gram_backward"} in unknown
     with pytest.raises(BackendError, match="'Gram' .do you mean gram?"):
@@ -268,12 +311,16 @@ def test_names_that_are_no_operation_are_told_with_the_nearest(tmp_path, monkeyp
 
 
 def test_what_is_required_must_be_offered(tmp_path, monkeypatch, capsys):
-    (tmp_path / "lax.py").write_text("from refimpl import nn\nMINE = {'gram': nn.gram, 'relu': lambda x: nn.relu(x.astype(float) if x.dtype.kind == 'i' else x)}\n")
+    (tmp_path / "lax.py").write_text(
+        "from refimpl import nn\nMINE = {'gram': nn.gram, 'relu': lambda x: "
+        "nn.relu(x.astype(float) if x.dtype.kind == 'i' else x)}\n")
     monkeypatch.chdir(tmp_path)
     run = ["check", "lax:MINE", "--operations", "gram,relu"]
-    assert main(run) == 0                                        # laxer with whole numbers, and without gradients
+    # laxer with whole numbers, and without gradients
+    assert main(run) == 0
     assert "1 laxer" in capsys.readouterr().out
-    for required, status in (("gram", 0), ("gram,gram_backward", 1), ("all", 1), ("relu", 1), ("swim", 2)):
+    for required, status in (("gram", 0), ("gram,gram_backward", 1), ("all", 1), ("relu", 1),
+                             ("swim", 2)):
         assert main([*run, "--require", required]) == status
     assert main(["check", "refimpl.nn", "--operations", "gram", "--require", "all"]) == 0
     (tmp_path / "none.py").write_text("from refimpl import nn\nMINE = {'relu': nn.relu}\n")
@@ -289,7 +336,9 @@ def test_explain_tells_what_a_backend_must_offer(capsys):
         assert all(argument in said for argument in operation.arguments) and "->" in said
     assert main(["check", "--explain", "foot_loss"]) == 0
     said = capsys.readouterr().out
-    for words in ("target=0.0", "0 Hips", "20 RightFinger", "3 LeftFoot, 4 LeftToe, 7 RightFoot, 8 RightToe", "row 63 turn", "radians a frame"):
+    for words in ("target=0.0", "0 Hips", "20 RightFinger",
+                  "3 LeftFoot, 4 LeftToe, 7 RightFoot, 8 RightToe", "row 63 turn",
+                  "radians a frame"):
         assert words in said
     assert main(["check", "--explain", "foot_los"]) == 2
     assert "do you mean foot_loss?" in capsys.readouterr().err
@@ -300,7 +349,8 @@ def test_lines_to_paste_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for backend in (load_backend("pasted:MINE"), as_backend({"gram": lambda h: h + 1})):
         chosen = next(c for c in cases(seed=5, operations=["gram"]) if c.kind == "float32")
-        lines = [line[4:] for line in judge(chosen, backend).message.splitlines() if line.startswith("    ")]
+        lines = [line[4:] for line in judge(chosen, backend).message.splitlines()
+                 if line.startswith("    ")]
         assert any("seed=5" in line for line in lines)
         try:
             exec("\n".join(lines), {"MINE": backend})
@@ -312,27 +362,37 @@ def test_lines_to_paste_run(tmp_path, monkeypatch):
 
 def test_another_path_of_equal_cost_is_a_convention():
     def ties_to_the_second(X, Y):
-        """The path of the exchanged pair, exchanged back: of equal ways (p, q-1) before (p-1, q)."""
+        """The path of the exchanged pair, exchanged back: of equal ways (p, q-1) before (p-1, q).
+        """
         return GOOD["dtw_path"](Y, X)[:, ::-1]
-    outcomes = [o for o in judge_all({"dtw_path": ties_to_the_second}, cases(operations=["dtw_path"])) if o.status == "failed" and o.grade != "laxer"]
-    assert outcomes and {o.grade for o in outcomes} == {"convention"} and all("costs as little" in o.message for o in outcomes)
+    outcomes = [o for o in judge_all({"dtw_path": ties_to_the_second},
+                                     cases(operations=["dtw_path"])) if o.status == "failed"
+                and o.grade != "laxer"]
+    assert (outcomes and {o.grade for o in outcomes} == {"convention"}
+            and all("costs as little" in o.message for o in outcomes))
 
     def longer(X, Y):
         path = GOOD["dtw_path"](X, Y)
-        return np.concatenate([path[:1], path])                  # stands once: no step of the equations
-    assert {o.grade for o in judge_all({"dtw_path": longer}, cases(operations=["dtw_path"])) if o.status == "failed" and o.case.kind == "float64"} == {"wrong"}
+        # stands once: no step of the equations
+        return np.concatenate([path[:1], path])
+    assert ({o.grade for o in judge_all({"dtw_path": longer}, cases(operations=["dtw_path"]))
+             if o.status == "failed" and o.case.kind == "float64"} == {"wrong"})
 
 
 def test_a_solver_that_ends_earlier_is_right():
     def solved_to_a_millionth(K, y, K_new, *, C, epsilon):
         from refimpl.torresani2006 import svr
         beta, b = svr.fit_svr(K[None], y[None], C, epsilon, tolerance=1e-7)
-        return np.asarray(svr.dual_objective(K, y, beta[0], epsilon)), svr.predict_svr(K_new, beta[0], b[0])
+        return (np.asarray(svr.dual_objective(K, y, beta[0], epsilon)),
+                svr.predict_svr(K_new, beta[0], b[0]))
     chosen = [c for c in cases(operations=["support_vector_regression"]) if c.kind == "float64"]
-    assert {o.status for o in judge_all({"support_vector_regression": solved_to_a_millionth}, chosen)} == {"passed"}
+    assert ({o.status for o in judge_all({"support_vector_regression": solved_to_a_millionth},
+                                         chosen)} == {"passed"})
 
 
 def test_a_number_without_precision_is_no_wrong_precision():
     chosen = [c for c in cases(operations=["l1"]) if c.function == "l1" and c.kind == "float32"]
-    assert {o.status for o in judge_all({"l1": lambda a: float(np.abs(a).sum())}, chosen)} == {"passed"}
-    assert {o.status for o in judge_all({"l1": lambda a: np.abs(a.astype(float)).sum()}, chosen)} == {"failed"}
+    assert ({o.status for o in judge_all({"l1": lambda a: float(np.abs(a).sum())}, chosen)}
+            == {"passed"})
+    assert ({o.status for o in judge_all({"l1": lambda a: np.abs(a.astype(float)).sum()}, chosen)}
+            == {"failed"})

@@ -1,4 +1,6 @@
-"""The made walkers: feet that rest, bones that keep their length, joints that do not jump, styles that are what they say."""
+"""The made walkers: feet that rest, bones that keep their length, joints that do not jump, styles
+that are what they say.
+"""
 
 from dataclasses import fields
 import time
@@ -11,7 +13,7 @@ from refimpl.motion import bvh, joints, skeleton
 from refimpl.embedded import gait, walkers as synthetic
 from refimpl.motion.joints import FEET, HEELS, SLOT, TOES
 from refimpl.embedded.walkers import CONTENTS, FPS, STYLES, make_clip, make_database
-from refimpl.embedded.manner import Person, Style, blend, person
+from refimpl.embedded.manner import Manner, Person, blend, person
 
 ALL = [(content, style) for content in CONTENTS for style in STYLES]
 MOVING = ("walk", "jog", "turn-left", "turn-right")
@@ -47,21 +49,28 @@ def largest_slip(motion, positions):
 @pytest.mark.parametrize("content, style", ALL)
 def test_a_body_that_could_exist(content, style):
     motion, positions = made(content, style, seconds=5.0, seed=3)
-    assert motion.clip.values.shape == (300, 66) and motion.contacts.shape == (300, 4) and motion.contacts.dtype == bool
+    assert (motion.clip.values.shape == (300, 66) and motion.contacts.shape == (300, 4)
+            and motion.contacts.dtype == bool)
     assert np.isfinite(motion.clip.values).all() and motion.clip.fps == FPS
     assert largest_slip(motion, positions) < 1e-6
     assert positions[:, TOES, 1].min() > 4.2 and positions[:, HEELS, 1].min() > 9.0
-    rotations, world_positions = skeleton.forward_kinematics(motion.clip.parents, *skeleton.local_pose(motion.clip))
+    rotations, world_positions = skeleton.forward_kinematics(motion.clip.parents,
+                                                             *skeleton.local_pose(motion.clip))
     for toe in TOES:
-        tip = world_positions[:, toe] + rotations[:, toe] @ np.array(motion.clip.joints[toe].end_site)
+        tip = (world_positions[:, toe] + rotations[:,
+                                                   toe]
+               @ np.array(motion.clip.joints[toe].end_site))
         assert tip[:, 1].min() > 1.0
     acceleration = np.diff(positions, n=2, axis=0) * FPS ** 2
-    assert np.linalg.norm(acceleration, axis=-1).max() < 16 * 981.0            # a foot that lands; no joint jumps
+    # a foot that lands; no joint jumps
+    assert np.linalg.norm(acceleration, axis=-1).max() < 16 * 981.0
     assert np.linalg.norm(acceleration[:, SLOT["Hips"]], axis=-1).max() < 2.5 * 981.0
-    assert np.abs(np.diff(motion.clip.values[:, 3:], axis=0)).max() < 25.0      # degrees a frame: no Euler angle flips
+    # degrees a frame: no Euler angle flips
+    assert np.abs(np.diff(motion.clip.values[:, 3:], axis=0)).max() < 25.0
     for side in ("Left", "Right"):
         knee = channel(motion, side + "Leg", "Xrotation")
-        assert 5.0 < knee.min() and knee.max() < 140.0                          # never straight, never the wrong way
+        # never straight, never the wrong way
+        assert 5.0 < knee.min() and knee.max() < 140.0
         assert np.abs(channel(motion, side + "Leg", "Zrotation")).max() == 0.0
 
 
@@ -72,8 +81,10 @@ def test_the_labels_say_when_the_feet_rest(content, style):
     rests = motion.contacts[1:] & motion.contacts[:-1]
     apart = ~motion.contacts[1:] & ~motion.contacts[:-1]
     assert speed[rests].max() < 1e-6
-    assert positions[:, HEELS, 1][motion.contacts[:, [0, 2]]] == pytest.approx(gait.ANKLE_HEIGHT, abs=1e-9)
-    assert positions[:, TOES, 1][motion.contacts[:, [1, 3]]] == pytest.approx(gait.TOE_HEIGHT, abs=1e-9)
+    assert (positions[:, HEELS, 1][motion.contacts[:, [0, 2]]]
+            == pytest.approx(gait.ANKLE_HEIGHT, abs=1e-9))
+    assert (positions[:, TOES, 1][motion.contacts[:, [1, 3]]]
+            == pytest.approx(gait.TOE_HEIGHT, abs=1e-9))
     if apart.any():
         assert np.median(speed[apart]) > 1.0
     flight = (~motion.contacts.any(axis=1)).mean()
@@ -82,7 +93,8 @@ def test_the_labels_say_when_the_feet_rest(content, style):
     elif content == "stand":
         assert motion.contacts.all()
     else:
-        assert flight < 0.03                                                    # the landing toe is still up when the other foot leaves
+        # the landing toe is still up when the other foot leaves
+        assert flight < 0.03
 
 
 def test_bones_have_the_skeletons_lengths():
@@ -95,8 +107,9 @@ def test_bones_have_the_skeletons_lengths():
 def test_the_skeleton_is_an_adult_with_the_papers_joints():
     motion, positions = made("stand", seconds=1.0)
     height = positions[..., 1].mean(axis=0)
-    assert height[SLOT["Hips"]] == pytest.approx(93.0, abs=1.5) and height[SLOT["Head"]] == pytest.approx(141.0, abs=2.0)
-    assert np.linalg.norm(gait.FOOT) == pytest.approx(11.8, abs=0.1)
+    assert (height[SLOT["Hips"]] == pytest.approx(93.0, abs=1.5)
+            and height[SLOT["Head"]] == pytest.approx(141.0, abs=2.0))
+    assert np.linalg.norm(gait.ANKLE_TO_BALL) == pytest.approx(11.8, abs=0.1)
     mapping = joints.map_joints(motion.clip.joints)
     assert mapping.family == "papers" and np.array_equal(mapping.joints, np.arange(21))
     assert np.array_equal(motion.clip.parents, joints.PARENTS)
@@ -107,10 +120,12 @@ def test_it_walks_where_it_faces():
     way = positions[-1, 0] - positions[0, 0]
     assert way[2] == pytest.approx(6.0 * gait.WALK.speed, rel=0.03) and abs(way[0]) < 0.15 * way[2]
     across = positions[:, SLOT["LeftUpLeg"]] - positions[:, SLOT["RightUpLeg"]]
-    assert (across[:, 0] > 10.0).all()                                          # the left side is +x
+    # the left side is +x
+    assert (across[:, 0] > 10.0).all()
     for heel, toe, flat in zip(HEELS, TOES, motion.contacts[:, [0, 2]].T):
         assert ((positions[:, toe] - positions[:, heel])[flat, 2] > 5.0).all()
-    for hip, knee, ankle, _ in joints.LEGS:                                     # knees point forward
+    # knees point forward
+    for hip, knee, ankle, _ in joints.LEGS:
         middle = 0.5 * (positions[:, hip] + positions[:, ankle])
         assert (positions[:, knee, 2] > middle[:, 2]).all()
 
@@ -159,21 +174,28 @@ def test_styles_are_what_they_say():
     def knee(style, side):
         return channel(clips[style], side + "Leg", "Xrotation").max()
 
-    assert mean("old", "Head") < mean("normal", "Head") - 6 and ahead("old", "Head", "Hips") > ahead("normal", "Head", "Hips") + 10
+    assert (mean("old", "Head") < mean("normal", "Head") - 6 and ahead("old", "Head", "Hips")
+            > ahead("normal", "Head", "Hips") + 10)
     assert mean("old", "Hips") < mean("normal", "Hips") - 2 and speed("old") < 0.6 * speed("normal")
     assert swing("old") < 0.5 * swing("normal")
-    assert mean("zombie", "LeftHand") > mean("zombie", "Chest") and ahead("zombie", "RightHand", "RightArm") > 40
+    assert (mean("zombie", "LeftHand") > mean("zombie", "Chest")
+            and ahead("zombie", "RightHand", "RightArm") > 40)
     assert knee("zombie", "Left") < knee("normal", "Left") - 15
-    assert ahead("depressed", "Head", "Neck") > ahead("normal", "Head", "Neck") + 2 and swing("depressed") < 0.5 * swing("normal")
+    assert (ahead("depressed", "Head", "Neck") > ahead("normal", "Head", "Neck") + 2
+            and swing("depressed") < 0.5 * swing("normal"))
     stance = clips["injured"].contacts.mean(axis=0)
-    assert stance[0] > stance[2] + 0.08 and stance[1] > stance[3] + 0.08       # the good left leg carries longer
+    # the good left leg carries longer
+    assert stance[0] > stance[2] + 0.08 and stance[1] > stance[3] + 0.08
     stance = clips["normal"].contacts.mean(axis=0)
     assert stance[0] == pytest.approx(stance[2], abs=0.04)
     assert knee("injured", "Right") < knee("injured", "Left") - 8
     tilt = seen["injured"][:, SLOT["Neck"], 0] - seen["injured"][:, SLOT["Hips"], 0]
-    assert tilt.mean() > 2 and np.ptp(tilt) > 2 * np.ptp(seen["normal"][:, SLOT["Neck"], 0] - seen["normal"][:, SLOT["Hips"], 0])
-    assert swing("proud") > 1.15 * swing("normal") and ahead("proud", "Neck", "Hips") < ahead("normal", "Neck", "Hips") - 2
-    assert np.std(seen["childlike"][:, 0, 1]) > np.std(seen["normal"][:, 0, 1]) and speed("angry") > 1.2 * speed("normal")
+    assert (tilt.mean() > 2 and np.ptp(tilt)
+            > 2 * np.ptp(seen["normal"][:, SLOT["Neck"], 0] - seen["normal"][:, SLOT["Hips"], 0]))
+    assert (swing("proud") > 1.15 * swing("normal") and ahead("proud", "Neck", "Hips")
+            < ahead("normal", "Neck", "Hips") - 2)
+    assert (np.std(seen["childlike"][:, 0, 1]) > np.std(seen["normal"][:, 0, 1])
+            and speed("angry") > 1.2 * speed("normal"))
 
 
 def test_every_style_differs_from_every_other():
@@ -190,16 +212,20 @@ def test_blend_goes_from_one_style_to_the_other():
     assert blend(old, proud, 0.0) == old and blend(old, proud, 1.0) == proud
     leans = [blend(old, proud, alpha).lean for alpha in (-0.25, 0.0, 0.5, 1.0, 1.25)]
     assert leans == sorted(leans, reverse=True)
-    bodies = [world(make_clip("walk", blend(old, proud, alpha), seconds=3.0)) for alpha in np.linspace(0, 1, 5)]
+    bodies = [world(make_clip("walk", blend(old, proud, alpha), seconds=3.0))
+              for alpha in np.linspace(0, 1, 5)]
     ahead = [(body[:, SLOT["Neck"], 2] - body[:, SLOT["Hips"], 2]).mean() for body in bodies]
     assert ahead == sorted(ahead, reverse=True)
     assert make_clip("walk", blend(old, proud, 0.3), seconds=0.1).style == "custom"
 
 
-@given(a=st.sampled_from(sorted(STYLES)), b=st.sampled_from(sorted(STYLES)), alpha=st.floats(-0.25, 1.25),
-       content=st.sampled_from(sorted(CONTENTS)), who=st.integers(0, 1000), seed=st.integers(0, 1000))
+@given(a=st.sampled_from(sorted(STYLES)), b=st.sampled_from(sorted(STYLES)),
+       alpha=st.floats(-0.25, 1.25),
+       content=st.sampled_from(sorted(CONTENTS)), who=st.integers(0, 1000),
+       seed=st.integers(0, 1000))
 def test_any_blend_of_anybody_walks(a, b, alpha, content, who, seed):
-    motion, positions = made(content, blend(STYLES[a], STYLES[b], alpha), person(who), seconds=2.5, seed=seed)
+    motion, positions = made(content, blend(STYLES[a], STYLES[b], alpha), person(who), seconds=2.5,
+                             seed=seed)
     assert np.isfinite(motion.clip.values).all() and largest_slip(motion, positions) < 1e-6
     size = motion.clip.joints[SLOT["LeftLeg"]].offset[1] / -gait.THIGH
     assert positions[:, TOES, 1].min() > 4.2 * size and positions[:, HEELS, 1].min() > 9.0 * size
@@ -207,7 +233,8 @@ def test_any_blend_of_anybody_walks(a, b, alpha, content, who, seed):
     assert np.linalg.norm(acceleration, axis=-1).max() < 30 * 981.0
 
 
-@given(speed=st.floats(gait.WALK.slowest, gait.WALK.fastest), turn=st.floats(-1.5, 1.5), style=st.sampled_from(sorted(STYLES)))
+@given(speed=st.floats(gait.WALK.slowest, gait.WALK.fastest), turn=st.floats(-1.5, 1.5),
+       style=st.sampled_from(sorted(STYLES)))
 def test_any_speed_and_turn_in_the_range(speed, turn, style):
     motion, positions = made("walk", style, seconds=2.0, speed=speed, turn=turn)
     assert largest_slip(motion, positions) < 1e-6 and positions[:, TOES, 1].min() > 4.2
@@ -215,7 +242,8 @@ def test_any_speed_and_turn_in_the_range(speed, turn, style):
 
 def test_the_same_arguments_make_the_same_bits():
     a, b = (make_clip("turn-left", "zombie", person(2), seconds=3.0, seed=9) for _ in range(2))
-    for one, other in ((a.clip.values, b.clip.values), (a.contacts, b.contacts), (a.phase, b.phase)):
+    for one, other in ((a.clip.values, b.clip.values), (a.contacts, b.contacts),
+                       (a.phase, b.phase)):
         assert one.tobytes() == other.tobytes()
     c = make_clip("turn-left", "zombie", person(2), seconds=3.0, seed=10)
     assert not np.array_equal(a.clip.values, c.clip.values)
@@ -224,18 +252,21 @@ def test_the_same_arguments_make_the_same_bits():
 
 def test_a_persons_habits_are_seen():
     base = made("walk", seconds=3.0)[1]
-    habits = dict(lean=8.0, head=20.0, arm_out=15.0, elbow=30.0, arm_swing=2.0, width=2.0, sway=3.0, toe_out=20.0, stride=1.1, cadence=1.1,
-                  scale=1.1)
+    habits = dict(lean=8.0, head=20.0, arm_out=15.0, elbow=30.0, arm_swing=2.0, width=2.0, sway=3.0,
+                  toe_out=20.0, stride=1.1, cadence=1.1, scale=1.1)
     assert set(habits) == {f.name for f in fields(Person)}
     for habit in (Person(**{name: value}) for name, value in habits.items()):
         assert np.abs(made("walk", person=habit, seconds=3.0)[1] - base).max() > 1.0, habit
 
 
 def test_a_database_is_every_content_in_every_style():
-    motions = make_database(2.0, people=2, styles=("normal", "old"), contents=("walk", "jog"), seed=1)
-    assert [m.name for m in motions[:4]] == ["walk_normal_000", "jog_normal_000", "walk_old_000", "jog_old_000"] and len(motions) == 8
+    motions = make_database(2.0, people=2, styles=("normal", "old"), contents=("walk", "jog"),
+                            seed=1)
+    assert ([m.name for m in motions[:4]] == ["walk_normal_000", "jog_normal_000", "walk_old_000",
+                                              "jog_old_000"] and len(motions) == 8)
     assert len({m.name for m in motions}) == 8
-    assert {(m.content, m.style) for m in motions} == {(c, s) for c in ("walk", "jog") for s in ("normal", "old")}
+    assert ({(m.content, m.style) for m in motions}
+            == {(c, s) for c in ("walk", "jog") for s in ("normal", "old")})
     again = make_database(2.0, people=2, styles=("normal", "old"), contents=("walk", "jog"), seed=1)
     assert all(np.array_equal(a.clip.values, b.clip.values) for a, b in zip(motions, again))
 
@@ -250,13 +281,16 @@ def test_survives_a_bvh_file(tmp_path):
     motion = make_clip("jog", "childlike", person(7), seconds=1.0)
     bvh.write_bvh(tmp_path / "jog.bvh", motion.clip)
     back = bvh.read_bvh(tmp_path / "jog.bvh")
-    assert np.array_equal(back.values, motion.clip.values) and back.joints == motion.clip.joints and back.fps == 60.0
+    assert (np.array_equal(back.values, motion.clip.values) and back.joints == motion.clip.joints
+            and back.fps == 60.0)
 
 
 @pytest.mark.parametrize("arguments, says", [
-    (dict(content="swim"), "content.*walk"), (dict(style="sleepy"), "style.*zombie"), (dict(seconds=0.0), "seconds"),
-    (dict(seconds=float("nan")), "seconds"), (dict(speed=900.0), "speed.*900.*15 to 190"), (dict(speed=float("nan")), "speed"),
-    (dict(turn=float("inf")), "turn"), (dict(style=Style(stride=2.5)), "shorter stride")])
+    (dict(content="swim"), "content.*walk"), (dict(style="sleepy"), "style.*zombie"),
+    (dict(seconds=0.0), "seconds"),
+    (dict(seconds=float("nan")), "seconds"), (dict(speed=900.0), "speed.*900.*15 to 190"),
+    (dict(speed=float("nan")), "speed"),
+    (dict(turn=float("inf")), "turn"), (dict(style=Manner(stride=2.5)), "shorter stride")])
 def test_refuses_what_cannot_be(arguments, says):
     with pytest.raises(ValueError, match=says):
         make_clip(**arguments)
@@ -273,11 +307,14 @@ def test_hips_never_out_of_reach():
     ankle = np.stack([np.zeros(200), limit - gait.LEG_REACH, np.zeros(200)], axis=1)
     foot = gait.FootPlan(ankle, *[np.zeros(200)] * 3, *[np.ones(200, bool)] * 2, np.zeros(200))
     for frames in (1, 5, 12):
-        height = gait.hip_height(np.full(200, 90.0), np.zeros((200, 3)), [np.zeros((200, 3))], [foot], frames)
+        height = gait.hip_height(np.full(200, 90.0), np.zeros((200, 3)), [np.zeros((200, 3))],
+                                 [foot], frames)
         assert (height <= limit + 1e-9).all() and np.abs(np.diff(height)).max() <= np.ptp(limit)
 
 
 def test_synthetic_names_its_parts():
-    assert synthetic.skeleton_joints()[0].channels == ("Xposition", "Yposition", "Zposition", "Zrotation", "Xrotation", "Yrotation")
+    assert (synthetic.skeleton_joints()[0].channels == ("Xposition", "Yposition", "Zposition",
+                                                        "Zrotation", "Xrotation", "Yrotation"))
     assert [j.name for j in synthetic.skeleton_joints()] == list(joints.SLOTS)
-    assert {j.name for j in synthetic.skeleton_joints() if j.end_site} == {"Head", "LeftFinger", "RightFinger", "LeftToe", "RightToe"}
+    assert ({j.name for j in synthetic.skeleton_joints() if j.end_site}
+            == {"Head", "LeftFinger", "RightFinger", "LeftToe", "RightToe"})

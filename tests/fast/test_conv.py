@@ -1,4 +1,6 @@
-"""The fast convolution is the direct one: over random shapes, forward and backward, in both precisions."""
+"""The fast convolution is the direct one: over random shapes, forward and backward, in both
+precisions.
+"""
 
 from hypothesis import given, strategies as st
 import numpy as np
@@ -7,13 +9,15 @@ import pytest
 from refimpl import nn
 from refimpl.fast import conv as tiled
 
-shapes = st.tuples(st.integers(0, 10 ** 6), st.integers(0, 3), st.integers(1, 5), st.integers(1, 5), st.integers(8, 40), st.integers(1, 150),
+shapes = st.tuples(st.integers(0, 10 ** 6), st.integers(0, 3), st.integers(1, 5), st.integers(1, 5),
+                   st.integers(8, 40), st.integers(1, 150),
                    st.sampled_from(["same", "valid", 3, (0, 9), (30, 2)]))
 
 
 def close(found, needed, precision):
     scale = np.abs(needed).max(initial=0) or 1.0
-    assert found.shape == needed.shape and np.abs(found - needed).max(initial=0) <= precision * scale
+    assert (found.shape == needed.shape and np.abs(found - needed).max(initial=0)
+            <= precision * scale)
 
 
 @given(shapes)
@@ -29,7 +33,8 @@ def test_tiles_are_the_direct_convolution(case):
         return
     close(tiled.conv1d(x, w, b, padding=padding), y, 1e-13)
     dy = rng.normal(size=y.shape)
-    for found, needed in zip(tiled.conv1d_backward(dy, x, w, b, padding=padding), nn.conv1d_backward(dy, x, w, b, padding=padding)):
+    for found, needed in zip(tiled.conv1d_backward(dy, x, w, b, padding=padding),
+                             nn.conv1d_backward(dy, x, w, b, padding=padding)):
         close(found, needed, 2e-13)
     assert tiled.conv1d_backward(dy, x, w, padding=padding)[2] is None
 
@@ -47,7 +52,8 @@ def test_tiles_are_the_direct_transposed_convolution(case):
         return
     close(tiled.conv_transpose1d(h, w, b, padding=padding), x, 1e-13)
     dx = rng.normal(size=x.shape)
-    for found, needed in zip(tiled.conv_transpose1d_backward(dx, h, w, b, padding=padding), nn.conv_transpose1d_backward(dx, h, w, b, padding=padding)):
+    for found, needed in zip(tiled.conv_transpose1d_backward(dx, h, w, b, padding=padding),
+                             nn.conv_transpose1d_backward(dx, h, w, b, padding=padding)):
         close(found, needed, 2e-13)
 
 
@@ -64,7 +70,8 @@ def test_float32_stays_float32_and_precise():
 def test_what_tiles_do_not_serve_goes_to_the_direct_form():
     rng = np.random.default_rng(2)
     x, w = rng.normal(size=(1, 4, 60)), rng.normal(size=(4, 2, 9))
-    for options in (dict(groups=2), dict(groups=2, stride=2, padding=1), dict(groups=2, dilation=3)):
+    for options in (dict(groups=2), dict(groups=2, stride=2, padding=1),
+                    dict(groups=2, dilation=3)):
         np.testing.assert_array_equal(tiled.conv1d(x, w, **options), nn.conv1d(x, w, **options))
     narrow = rng.normal(size=(3, 4, 3))
     np.testing.assert_array_equal(tiled.conv1d(x, narrow), nn.conv1d(x, narrow))
@@ -78,8 +85,10 @@ def test_contract_and_bad_input():
     nn.check_gradient(tiled.conv1d, tiled.conv1d_backward, x, w, b, names=("x", "w", "b"))
     nn.check_contract(tiled.conv1d, tiled.conv1d_backward, x, w, b, single=True, batched=(0,))
     h, c = rng.normal(size=(2, 4, 50)), rng.normal(size=3)
-    nn.check_gradient(tiled.conv_transpose1d, tiled.conv_transpose1d_backward, h, w, c, names=("h", "w", "b"))
-    for bad, words in (((x[:, :2], w, b), "x: found shape"), ((x, w, b[:3]), "b: found shape"), ((x.astype(int), w, b), "x: found dtype int64"),
+    nn.check_gradient(tiled.conv_transpose1d, tiled.conv_transpose1d_backward, h, w, c,
+                      names=("h", "w", "b"))
+    for bad, words in (((x[:, :2], w, b), "x: found shape"), ((x, w, b[:3]), "b: found shape"),
+                       ((x.astype(int), w, b), "x: found dtype int64"),
                        ((x.astype(np.float32), w, b), "needed the precision")):
         with pytest.raises(ValueError, match=words):
             tiled.conv1d(*bad)

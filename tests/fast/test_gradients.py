@@ -1,4 +1,6 @@
-"""The fast forms are the definitions: half-resolution decoder, stylist, shared training steps, parts of a batch by any executor."""
+"""The fast forms are the definitions: half-resolution decoder, stylist, shared training steps,
+parts of a batch by any executor.
+"""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
@@ -26,7 +28,8 @@ from refimpl.motion.windows import Normaliser
 def made(seed, *, hidden=10, channels=6, width=9, T_width=None, dtype=float):
     """Both networks, with biases that are not 0."""
     rng = np.random.default_rng(seed)
-    T = networks.init_transformation_network(rng, channels=channels, width=T_width or width, dtype=dtype)
+    T = networks.init_transformation_network(rng, channels=channels, width=T_width or width,
+                                             dtype=dtype)
     L = networks.init_loss_network(rng, hidden=hidden, width=width, dtype=dtype)
     for params in (T, L):
         for name in params:
@@ -37,7 +40,8 @@ def made(seed, *, hidden=10, channels=6, width=9, T_width=None, dtype=float):
 
 def close(found, needed, precision=1e-12):
     assert found.shape == needed.shape and found.dtype == needed.dtype
-    assert np.abs(found - needed).max(initial=0) <= precision * (np.abs(needed).max(initial=0) or 1.0)
+    assert (np.abs(found - needed).max(initial=0)
+            <= precision * (np.abs(needed).max(initial=0) or 1.0))
 
 
 @given(st.integers(0, 10 ** 6), st.integers(1, 26), st.integers(1, 20), st.integers(1, 3))
@@ -57,10 +61,12 @@ def test_half_filters_and_their_adjoint(seed, width):
     W0 = rng.normal(size=(4, 3, width))
     V = half_filters(W0)
     dV = rng.normal(size=V.shape)
-    np.testing.assert_allclose(np.vdot(dV, V), np.vdot(half_filters_backward(dV, width), W0), rtol=1e-12)
+    np.testing.assert_allclose(np.vdot(dV, V), np.vdot(half_filters_backward(dV, width), W0),
+                               rtol=1e-12)
 
 
-@given(st.integers(0, 10 ** 6), st.integers(1, 3), st.integers(1, 150), st.integers(3, 12), st.sampled_from([2, 7, 40, 1920]), st.sampled_from([1, 2]))
+@given(st.integers(0, 10 ** 6), st.integers(1, 3), st.integers(1, 150), st.integers(3, 12),
+       st.sampled_from([2, 7, 40, 1920]), st.sampled_from([1, 2]))
 def test_a_stylist_is_the_networks(seed, clips, frames, width, block, threads):
     rng, T, L = made(seed, width=width)
     X = rng.normal(size=(clips, 66, frames))
@@ -79,7 +85,8 @@ def test_a_stylist_in_float32_at_the_papers_sizes():
     wide = [{name: p.astype(float) for name, p in params.items()} for params in (T, L)]
     exact = networks.project(networks.transform(X.astype(float), wide[0]), wide[1])
     found = Stylist(T, L).stylise(X)
-    assert found.dtype == np.float32 and np.linalg.norm(found - exact) <= 2e-6 * np.linalg.norm(exact)
+    assert (found.dtype == np.float32 and np.linalg.norm(found - exact)
+            <= 2e-6 * np.linalg.norm(exact))
 
 
 def problem(seed, B=3, T=40, reading="norm", **sizes):
@@ -88,14 +95,19 @@ def problem(seed, B=3, T=40, reading="norm", **sizes):
     m = len(L["b0"])
     I = rng.normal(size=(B, 66, T))
     grams = [g @ g.T for g in rng.normal(size=(B, m, m))]
-    contacts, trajectory, bones = (rng.random((B, 4, T)) < 0.5).astype(float), rng.normal(size=(B, 3, T)), rng.uniform(1, 4, len(BONES))
+    contacts, trajectory, bones = (rng.random((B, 4, T))
+                                   < 0.5).astype(float), rng.normal(size=(B, 3, T)), rng.uniform(
+                                       1, 4, len(BONES))
     mean, deviation = rng.normal(size=66), rng.uniform(0.5, 3, 66)
-    weights = Weights(content=1.3, style=0.4, foot=0.02, bone=0.03, trajectory=0.05, turn=7.0, reading=reading)
+    weights = Weights(content=1.3, style=0.4, foot=0.02, bone=0.03, trajectory=0.05, turn=7.0,
+                      reading=reading)
     target = Batch(I, np.stack(grams), contacts, bones, trajectory)
     return params, target, L, mean, deviation, weights
 
 
-@pytest.mark.parametrize("seed,T_width,reading", [(1, None, "norm"), (2, None, "mean_squares"), (4, None, "sum_squares"), (3, 5, "norm")])
+@pytest.mark.parametrize("seed,T_width,reading",
+                         [(1, None, "norm"), (2, None, "mean_squares"), (4, None, "sum_squares"),
+                          (3, 5, "norm")])
 def test_the_shared_style_step_is_equation_10(seed, T_width, reading):
     params, target, L, mean, deviation, weights = problem(seed, T_width=T_width, reading=reading)
     _, terms = objective.total_loss(params, target, L, mean, deviation, weights)
@@ -114,7 +126,8 @@ def test_the_shared_style_step_is_equation_10(seed, T_width, reading):
 @pytest.mark.parametrize("reading", READINGS)
 def test_the_shared_style_step_where_norms_are_zero(reading):
     params, target, L, mean, deviation, weights = problem(4, reading=reading)
-    dead = {"W0": L["W0"], "b0": np.full_like(L["b0"], -1e9)}                            # no unit is ever active
+    # no unit is ever active
+    dead = {"W0": L["W0"], "b0": np.full_like(L["b0"], -1e9)}
     target = replace(target, gram=np.zeros_like(target.gram))
     gradients = objective.total_loss_backward(1.0, params, target, dead, mean, deviation, weights)
     found, walked = StyleStep(3, 40, params, dead, mean, deviation, weights)(params, target)
@@ -123,7 +136,9 @@ def test_the_shared_style_step_where_norms_are_zero(reading):
         close(walked[name], gradients[name])
 
 
-@pytest.mark.parametrize("noise, chance, width", [(False, False, 9), (True, False, 9), (True, True, 9), (False, True, 8), (False, True, 1)])
+@pytest.mark.parametrize("noise, chance, width",
+                         [(False, False, 9), (True, False, 9), (True, True, 9), (False, True, 8),
+                          (False, True, 1)])
 def test_the_shared_autoencoder_step_is_equation_3(noise, chance, width):
     rng, _, L = made(6, width=width)
     X = rng.normal(size=(4, 66, 30))
@@ -132,7 +147,9 @@ def test_the_shared_autoencoder_step_is_equation_3(noise, chance, width):
     for _ in range(2):
         chosen = rng.integers(2, size=(4, 10, 15)) if chance else None
         loss, gradients = step(L, X, noisy, chosen)
-        np.testing.assert_allclose(loss, networks.autoencoder_loss(X, L, noisy=noisy, chosen=chosen), rtol=1e-12)
+        np.testing.assert_allclose(loss,
+                                   networks.autoencoder_loss(X, L, noisy=noisy, chosen=chosen),
+                                   rtol=1e-12)
         needed = networks.autoencoder_loss_backward(1.0, X, L, noisy=noisy, chosen=chosen)[1]
         for name in needed:
             close(gradients[name], needed[name])
@@ -140,9 +157,11 @@ def test_the_shared_autoencoder_step_is_equation_3(noise, chance, width):
 
 def test_ties_of_the_pooling_go_to_the_first_in_the_steps_too():
     rng, params, L = made(7)
-    X = np.repeat(rng.normal(size=(2, 66, 1)), 30, axis=2)       # constant in time: every inner pair ties
+    # constant in time: every inner pair ties
+    X = np.repeat(rng.normal(size=(2, 66, 1)), 30, axis=2)
     needed = networks.autoencoder_loss_backward(1.0, X, L)[1]
-    quiet = {"W0": np.zeros_like(L["W0"]), "b0": np.abs(L["b0"])}                        # all pairs tie exactly, and are active
+    # all pairs tie exactly, and are active
+    quiet = {"W0": np.zeros_like(L["W0"]), "b0": np.abs(L["b0"])}
     needed = networks.autoencoder_loss_backward(1.0, X, quiet)[1]
     _, gradients = AutoencoderStep(2, 30, quiet)(quiet, X)
     for name in needed:
@@ -161,9 +180,12 @@ def lesson_and_manifold(dtype=float, N=7, T=40):
     rng, _, L = made(9, dtype=dtype)
     X = rng.normal(size=(N, 66, T)).astype(dtype)
     grams = {name: (g @ g.T).astype(dtype) for name, g in zip("ab", rng.normal(size=(2, 10, 10)))}
-    lesson = TrainingSet(X, (rng.random((N, 4, T)) < 0.5).astype(dtype), rng.normal(size=(N, 3, T)).astype(dtype), grams, tuple("abababa"[:N]),
-                    rng.uniform(1, 4, len(BONES)))
-    return lesson, Manifold(L, Normaliser(rng.normal(size=66), rng.uniform(0.5, 2, 66), "random numbers"), 80.0, lesson.bones)
+    lesson = TrainingSet(X, (rng.random((N, 4, T)) < 0.5).astype(dtype),
+                         rng.normal(size=(N, 3, T)).astype(dtype), grams, tuple("abababa"[:N]),
+                         rng.uniform(1, 4, len(BONES)))
+    return (lesson, Manifold(L,
+                             Normaliser(rng.normal(size=66), rng.uniform(0.5, 2, 66),
+                                        "random numbers"), 80.0, lesson.bones))
 
 
 def trained(epochs, **how):
@@ -178,16 +200,19 @@ def both(lesson, manifold):
 
     def autoencoder(parts=1, executor=None, **how):
         return train.train_autoencoder(lesson.X, hidden=10, width=9,
-                                       gradients=sharded(autoencoder_gradients, parts, executor), **how)
+                                       gradients=sharded(autoencoder_gradients, parts, executor),
+                                       **how)
 
     return style, autoencoder
 
 
-@pytest.mark.parametrize("make", [lambda: ThreadPoolExecutor(2), lambda: ProcessPoolExecutor(2)], ids=["threads", "processes"])
+@pytest.mark.parametrize("make", [lambda: ThreadPoolExecutor(2), lambda: ProcessPoolExecutor(2)],
+                         ids=["threads", "processes"])
 def test_any_executor_gives_the_bits_of_one_process(make):
     with make() as executor:
         for epochs in both(*lesson_and_manifold()):
-            alone, side_by_side = trained(epochs, parts=2), trained(epochs, parts=2, executor=executor)
+            alone, side_by_side = (trained(epochs, parts=2),
+                                   trained(epochs, parts=2, executor=executor))
             for (record, state), (same, bits) in zip(side_by_side, alone):
                 assert record.losses == same.losses
                 for name in state.params:
@@ -218,13 +243,16 @@ def test_training_in_parts_ends_near_training_whole():
     for epochs in both(*lesson_and_manifold()):
         (_, whole), (_, parts) = trained(epochs)[-1], trained(epochs, parts=2)[-1]
         for name in whole.params:
-            close(parts.params[name], whole.params[name], 1e-5)  # Adam divides by small gradients: rounding grows
+            # Adam divides by small gradients: rounding grows
+            close(parts.params[name], whole.params[name], 1e-5)
 
 
 def test_a_dask_cluster_gives_what_one_process_gives():
     distributed = pytest.importorskip("distributed", reason="optional: pip install distributed")
     lesson, manifold = lesson_and_manifold()
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, distributed.Client(cluster) as client:
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1,
+                                  dashboard_address=None) as cluster, distributed.Client(
+                                      cluster) as client:
         executor = client.get_executor()
         found = trained(both(lesson, manifold)[0], parts=2, executor=executor)
     needed = trained(both(lesson, manifold)[0], parts=2)
@@ -244,17 +272,20 @@ def test_the_definition_trains_to_the_same_weights():
 
 def test_a_state_that_was_handed_out_stays_as_it_is():
     states = [state for _, state in trained(both(*lesson_and_manifold())[0])]
-    assert states[0].adam["t"] == 2 and not np.array_equal(states[0].params["W1"], states[1].params["W1"])
+    assert (states[0].adam["t"] == 2
+            and not np.array_equal(states[0].params["W1"], states[1].params["W1"]))
 
 
 def test_training_allocates_nothing_large_after_its_first_step():
-    params, target, L, mean, deviation, weights = problem(10, B=4, T=240, hidden=256, channels=128, width=25)
+    params, target, L, mean, deviation, weights = problem(10, B=4, T=240, hidden=256, channels=128,
+                                                          width=25)
     params = {name: np.asfortranarray(p) for name, p in params.items()}
     step = StyleStep(4, 240, params, L, mean, deviation, weights)
 
     def perceptual():
         O, hidden = step._forward(params, target.I)
-        _, dO = step._perceptual(O, hidden, target)         # the constraints' arrays are of the size of the motion itself
+        # the constraints' arrays are of the size of the motion itself
+        _, dO = step._perceptual(O, hidden, target)
         return step._backward(dO)
 
     perceptual()
@@ -262,7 +293,8 @@ def test_training_allocates_nothing_large_after_its_first_step():
     perceptual()
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < 0.5 * target.I.nbytes                          # no signal of a layer, no filters (3.3 MB), no Gram matrix
+    # no signal of a layer, no filters (3.3 MB), no Gram matrix
+    assert peak < 0.5 * target.I.nbytes
 
 
 def test_an_hour_of_motion_needs_less_than_a_gibibyte_beside_itself():

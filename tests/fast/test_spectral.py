@@ -1,4 +1,6 @@
-"""A plan is a correlation, its backward the adjoint, for any size and padding; threads and kept arrays change nothing."""
+"""A plan is a correlation, its backward the adjoint, for any size and padding; threads and kept
+arrays change nothing.
+"""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -8,8 +10,8 @@ import pytest
 
 from refimpl.fast.spectral import Plan, best_tile, transforms
 
-sizes = st.tuples(st.integers(0, 10 ** 6), st.integers(1, 3), st.integers(1, 90), st.integers(1, 5), st.integers(1, 5), st.integers(1, 30),
-                  st.integers(-10, 40), st.integers(1, 120))
+sizes = st.tuples(st.integers(0, 10 ** 6), st.integers(1, 3), st.integers(1, 90), st.integers(1, 5),
+                  st.integers(1, 5), st.integers(1, 30), st.integers(-10, 40), st.integers(1, 120))
 
 
 def by_definition(x, w, left, T_out):
@@ -36,13 +38,16 @@ def test_a_plan_is_a_correlation_and_its_backward_the_adjoint(size):
     dx, dw = plan.backward(dy, spectra)
     # the operation is linear in x and in w: the adjoint is known by its inner products
     v, u = rng.normal(size=x.shape), rng.normal(size=w.shape)
-    np.testing.assert_allclose(np.vdot(dx, v), np.vdot(dy, by_definition(v, w, left, T_out)), atol=1e-10)
-    np.testing.assert_allclose(np.vdot(dw, u), np.vdot(dy, by_definition(x, u, left, T_out)), atol=1e-10)
+    np.testing.assert_allclose(np.vdot(dx, v), np.vdot(dy, by_definition(v, w, left, T_out)),
+                               atol=1e-10)
+    np.testing.assert_allclose(np.vdot(dw, u), np.vdot(dy, by_definition(x, u, left, T_out)),
+                               atol=1e-10)
 
 
 def test_calls_again_give_the_same_bits_and_threads_too():
     rng = np.random.default_rng(0)
-    w, x, dy = rng.normal(size=(7, 5, 25)), rng.normal(size=(3, 200, 5)), rng.normal(size=(3, 200, 7))
+    w, x, dy = (rng.normal(size=(7, 5, 25)), rng.normal(size=(3, 200, 5)),
+                rng.normal(size=(3, 200, 7)))
     with ThreadPoolExecutor(2) as pool:
         results = []
         for options in ({}, {}, {"pool": pool, "threads": 2}, {"pool": pool, "threads": 2}):
@@ -62,7 +67,8 @@ def test_calls_again_give_the_same_bits_and_threads_too():
 
 def test_a_bank_of_filters_may_be_written_and_walked_back_in_part():
     rng = np.random.default_rng(1)
-    one, two, x, dy = rng.normal(size=(4, 3, 9)), rng.normal(size=(2, 3, 9)), rng.normal(size=(2, 50, 3)), rng.normal(size=(2, 50, 4))
+    one, two, x, dy = (rng.normal(size=(4, 3, 9)), rng.normal(size=(2, 3, 9)),
+                       rng.normal(size=(2, 50, 3)), rng.normal(size=(2, 50, 4)))
     plan = Plan(2, 50, 3, 6, 9, float, left=4)
     bank = np.empty((3, plan.n // 2, 3, 6))
     plan.spectra(one, out=bank[..., :4])
@@ -73,7 +79,8 @@ def test_a_bank_of_filters_may_be_written_and_walked_back_in_part():
     alone = Plan(2, 50, 3, 4, 9, float, left=4)
     alone.input[:] = x
     alone.forward(alone.spectra(one))
-    for found, needed in zip(plan.backward(dy, bank[..., :4]), alone.backward(dy, alone.spectra(one))):
+    for found, needed in zip(plan.backward(dy, bank[..., :4]),
+                             alone.backward(dy, alone.spectra(one))):
         np.testing.assert_allclose(found, needed, atol=1e-12)
 
 
@@ -81,7 +88,8 @@ def test_nothing_large_is_allocated_after_the_first_call():
     import tracemalloc
     rng = np.random.default_rng(2)
     plan = Plan(4, 240, 32, 48, 25, np.float32, left=12)
-    w, dy = np.asfortranarray(rng.normal(size=(48, 32, 25)).astype(np.float32)), rng.normal(size=(4, 240, 48)).astype(np.float32)
+    w, dy = (np.asfortranarray(rng.normal(size=(48, 32, 25)).astype(np.float32)),
+             rng.normal(size=(4, 240, 48)).astype(np.float32))
     spectra = plan.spectra(w)
 
     def step():
@@ -93,7 +101,8 @@ def test_nothing_large_is_allocated_after_the_first_call():
     step()
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < 50_000                                         # NumPy passes arrays through 32 kB; the signal alone is 123 kB
+    # NumPy passes arrays through 32 kB; the signal alone is 123 kB
+    assert peak < 50_000
 
 
 @pytest.mark.parametrize("K", [1, 8, 13, 25, 40])
@@ -110,6 +119,7 @@ def test_the_transforms_turn_a_correlation_into_products(K):
 
 
 def test_the_chosen_tile_is_even_and_wider_than_the_filter():
-    for B, T, C, O, K in ((1, 240, 128, 128, 25), (10, 240, 66, 256, 25), (1, 1, 1, 1, 1), (32, 120, 256, 132, 13)):
+    for B, T, C, O, K in ((1, 240, 128, 128, 25), (10, 240, 66, 256, 25), (1, 1, 1, 1, 1),
+                          (32, 120, 256, 132, 13)):
         n = best_tile(B, T, C, O, K)
         assert n % 4 == 0 and n > K

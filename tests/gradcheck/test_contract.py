@@ -1,11 +1,14 @@
-"""The contract of a backward: each clause broken on purpose is named word for word, and what only looks broken passes."""
+"""The contract of a backward: each clause broken on purpose is named word for word, and what only
+looks broken passes.
+"""
 
 import numpy as np
 import pytest
 
 from refimpl import nn
 
-A, B = np.array([[1.0, -2.0, 3.0], [0.5, 4.0, -1.0]]), np.array([[2.0, 1.0, -1.0], [3.0, 0.25, 5.0]])
+A, B = (np.array([[1.0, -2.0, 3.0], [0.5, 4.0, -1.0]]),
+        np.array([[2.0, 1.0, -1.0], [3.0, 0.25, 5.0]]))
 
 
 def product(a, b):
@@ -23,22 +26,28 @@ def message(f, backward, *inputs, **options):
 
 
 def once_more(first, later):
-    """A backward that is `first` on its first calls and `later` from a given call on: {call: backward}."""
+    """A backward that is `first` on its first calls and `later` from a given call on: {call:
+    backward}.
+    """
     calls = []
 
     def backward(dy, *inputs):
         calls.append(None)
-        return max((n, b) for n, b in [(0, first), *later.items()] if n < len(calls))[1](dy, *inputs)
+        return max((n, b) for n, b in [(0, first), *later.items()]
+                   if n < len(calls))[1](dy, *inputs)
     return backward
 
 
 def test_what_keeps_the_contract_passes():
     nn.check_contract(product, right, A, B)
-    nn.check_contract(product, lambda dy, a, b: list(right(dy, a, b)), A, B, single=True, batched=(0, 1))
+    nn.check_contract(product, lambda dy, a, b: list(right(dy, a, b)), A, B, single=True,
+                      batched=(0, 1))
     nn.check_contract(np.negative, lambda dy, x: -dy, A, single=True, batched=(0,))
     nn.check_contract(lambda x: x.sum(), lambda dy, x: np.full_like(x, dy), A, single=True)
-    nn.check_contract(lambda x, power: x ** power, lambda dy, x, power: (dy * power * x ** (power - 1), None), A, 2, single=True)
-    nn.check_contract(lambda x, power: x ** power, lambda dy, x, power: dy * power * x ** (power - 1), A, 2, single=True)
+    nn.check_contract(lambda x, power: x ** power, lambda dy, x,
+                      power: (dy * power * x ** (power - 1), None), A, 2, single=True)
+    nn.check_contract(lambda x, power: x ** power, lambda dy, x,
+                      power: dy * power * x ** (power - 1), A, 2, single=True)
     nn.check_contract(np.negative, lambda dy, x: -dy, np.array(2.0))
     nn.check_contract(np.negative, lambda dy, x: -dy, np.zeros((0, 3)))
 
@@ -55,13 +64,19 @@ def writes(place, value):
 
 
 def test_an_argument_that_changes_is_named_with_the_place():
-    assert message(writes((1, 2), 7.0), right, A, B) == "f: changed input 1 at [1, 2]; inputs are only to be read"
-    assert message(writes((1, 2), 7.0), right, A, B, names=("a", "b")) == "f: changed b at [1, 2]; inputs are only to be read"
-    assert message(writes((0, 0), np.nan), right, A, B) == "f: changed input 1 at [0, 0]; inputs are only to be read"
-    with_nan = np.where(B == 1, np.nan, B)                       # what was NaN and is NaN has not changed
-    assert message(writes((1, 2), 7.0), right, A, with_nan) == "f: changed input 1 at [1, 2]; inputs are only to be read"
+    assert (message(writes((1, 2), 7.0), right, A, B)
+            == "f: changed input 1 at [1, 2]; inputs are only to be read")
+    assert (message(writes((1, 2), 7.0), right, A, B, names=("a", "b"))
+            == "f: changed b at [1, 2]; inputs are only to be read")
+    assert (message(writes((0, 0), np.nan), right, A, B)
+            == "f: changed input 1 at [0, 0]; inputs are only to be read")
+    # what was NaN and is NaN has not changed
+    with_nan = np.where(B == 1, np.nan, B)
+    assert (message(writes((1, 2), 7.0), right, A, with_nan)
+            == "f: changed input 1 at [1, 2]; inputs are only to be read")
     with_zero = np.where(B == 1, 0.0, B)
-    assert message(writes((0, 1), -0.0), right, A, with_zero) == "f: changed input 1 at a sign bit; inputs are only to be read"
+    assert (message(writes((0, 1), -0.0), right, A, with_zero)
+            == "f: changed input 1 at a sign bit; inputs are only to be read")
 
 
 def test_the_backward_must_not_change_the_upstream_gradient_nor_an_input():
@@ -74,16 +89,19 @@ def test_the_backward_must_not_change_the_upstream_gradient_nor_an_input():
         gradients = right(dy, a, b)
         b[1, 0] += 1
         return gradients
-    assert message(product, upstream, A, B) == "f_backward: changed the upstream gradient at [0, 1]; inputs are only to be read"
-    assert message(product, an_input, A, B, names=("a", "b")) == "f_backward: changed b at [1, 0]; inputs are only to be read"
+    assert (message(product, upstream, A, B)
+            == "f_backward: changed the upstream gradient at [0, 1]; inputs are only to be read")
+    assert (message(product, an_input, A, B, names=("a", "b"))
+            == "f_backward: changed b at [1, 0]; inputs are only to be read")
 
 
 def test_a_write_that_changes_nothing_is_a_write():
     def f(a, b):
         a[0, 0] = a[0, 0]
         return product(a, b)
-    assert message(f, right, A, B) == ("f: tried to write to a read-only argument (assignment destination is read-only); "
-                                       "inputs are only to be read")
+    assert (message(f, right, A, B)
+            == ("f: tried to write to a read-only argument (assignment destination is read-only); "
+                                       "inputs are only to be read"))
 
 
 def test_an_error_of_the_function_itself_is_passed_on():
@@ -123,17 +141,25 @@ def test_a_gradient_has_memory_of_its_own():
 
     def read_only(dy, a, b):
         return dy * b, np.broadcast_to(dy * a, a.shape)
-    assert message(product, upstream, A, B) == "input 1: its gradient shares memory with the upstream gradient, needed memory of its own"
-    assert message(product, the_second_input, A, B) == "input 0: its gradient shares memory with input 1, needed memory of its own"
-    assert message(product, each_other, A, B, names=("a", "b")) == "b: its gradient shares memory with the gradient of a, needed memory of its own"
-    assert message(product, read_only, A, B) == "input 1: found a read-only gradient (np.broadcast_to?), needed memory of its own"
-    nn.check_contract(lambda x, y: x * y, lambda dy, x, y: (np.sum(dy * y), dy * x), np.array(2.0), A)               # a NumPy number has its own
+    assert (message(product, upstream, A, B)
+            == "input 1: its gradient shares memory with the upstream gradient, needed memory of "
+               "its own")
+    assert (message(product, the_second_input, A, B)
+            == "input 0: its gradient shares memory with input 1, needed memory of its own")
+    assert (message(product, each_other, A, B, names=("a", "b"))
+            == "b: its gradient shares memory with the gradient of a, needed memory of its own")
+    assert (message(product, read_only, A, B)
+            == "input 1: found a read-only gradient (np.broadcast_to?), needed memory of its own")
+    # a NumPy number has its own
+    nn.check_contract(lambda x, y: x * y, lambda dy, x, y: (np.sum(dy * y), dy * x), np.array(2.0),
+                      A)
     assert message(lambda x, y: x * y, lambda dy, x, y: (np.sum(dy * y), dy), np.array(2.0), A) == \
         "input 1: its gradient shares memory with the upstream gradient, needed memory of its own"
 
 
 def test_a_gradient_has_the_shape_and_type_of_its_input():
-    assert message(product, lambda dy, a, b: (dy * b, (dy * a)[:1]), A, B) == "input 1: found a gradient float64 (1, 3), needed float64 (2, 3), as its input"
+    assert message(product, lambda dy, a, b: (dy * b, (dy * a)[:1]), A, B) == \
+        "input 1: found a gradient float64 (1, 3), needed float64 (2, 3), as its input"
     assert message(product, lambda dy, a, b: ((dy * b).astype(np.float32), dy * a), A, B) == \
         "input 0: found a gradient float32 (2, 3), needed float64 (2, 3), as its input"
 
@@ -142,12 +168,15 @@ def test_float32_is_tried_where_it_is_asked_for():
     def in_double(dy, a, b):
         return dy * np.asarray(b, float), dy * a
     nn.check_contract(product, in_double, A, B)
-    assert message(product, in_double, A, B, single=True) == "input 0: found a gradient float64 (2, 3), needed float32 (2, 3), as its input"
+    assert (message(product, in_double, A, B, single=True)
+            == "input 0: found a gradient float64 (2, 3), needed float32 (2, 3), as its input")
 
     def f(x, places):
-        assert places.dtype == int                               # only floating-point inputs become float32
+        # only floating-point inputs become float32
+        assert places.dtype == int
         return np.take(x, places)
-    nn.check_contract(f, lambda dy, x, places: np.bincount(places, dy, len(x)).astype(x.dtype), A[0], np.array([2, 2, 0]), single=True)
+    nn.check_contract(f, lambda dy, x, places: np.bincount(places, dy, len(x)).astype(x.dtype),
+                      A[0], np.array([2, 2, 0]), single=True)
 
 
 def test_all_of_it_in_float32():
@@ -168,9 +197,12 @@ def test_all_of_it_in_float32():
 def test_a_gradient_is_the_same_on_every_call():
     def off(dy, a, b):
         return dy * b, dy * a * (1 + 1e-15)
-    calls = {"on a second call with the same arguments": 4, "after a call with another upstream gradient": 6, "after calls with other inputs": 8}
-    for when, call in calls.items():                             # two calls for what is left alone, one for memory and types, one for the first
-        assert message(product, once_more(right, {call: off}), A, B) == f"input 1: found another gradient {when}; needed the same bits"
+    calls = {"on a second call with the same arguments": 4,
+             "after a call with another upstream gradient": 6, "after calls with other inputs": 8}
+    # two calls for what is left alone, one for memory and types, one for the first
+    for when, call in calls.items():
+        assert (message(product, once_more(right, {call: off}), A, B)
+                == f"input 1: found another gradient {when}; needed the same bits")
 
 
 def test_other_types_and_shapes_are_other_bits():
@@ -179,10 +211,12 @@ def test_other_types_and_shapes_are_other_bits():
 
     def flat(dy, a, b):
         return dy * b, (dy * a).ravel()
-    whole = np.zeros_like(A)                                     # the same bytes in every shape and type
+    # the same bytes in every shape and type
+    whole = np.zeros_like(A)
     for other in (narrow, flat):
-        assert message(product, once_more(right, {4: other}), whole, B) == \
-            "input 1: found another gradient on a second call with the same arguments; needed the same bits"
+        assert (message(product, once_more(right, {4: other}), whole, B) == \
+            "input 1: found another gradient on a second call with the same arguments; needed the "
+            "same bits")
 
 
 def test_one_buffer_for_all_calls_is_seen_in_the_array_of_the_first():
@@ -191,8 +225,9 @@ def test_one_buffer_for_all_calls_is_seen_in_the_array_of_the_first():
     def backward(dy, a, b):
         buffer[...] = dy * a
         return dy * b, buffer
-    assert message(product, backward, A, B) == \
-        "input 1: found another gradient later in the array of the first call (a buffer used twice?); needed the same bits"
+    assert (message(product, backward, A, B) == \
+        "input 1: found another gradient later in the array of the first call (a buffer used "
+        "twice?); needed the same bits")
 
 
 def test_functions_that_take_special_inputs_only_are_let_off_other_inputs():
@@ -208,13 +243,16 @@ def test_a_cache_keyed_by_nothing_is_found():
 
     def backward(dy, a, b):
         return dy * b, dy * seen.setdefault(b"a", a.copy())
-    nn.check_contract(product, backward, A, B)                   # remembers the first forever: on these inputs right
+    # remembers the first forever: on these inputs right
+    nn.check_contract(product, backward, A, B)
     remembered = []
 
     def latest(dy, a, b):
         remembered.append(a.copy())
         return dy * b, dy * remembered[max(0, len(remembered) - 2)]
-    assert message(product, latest, A, B) == "input 1: found another gradient after calls with other inputs; needed the same bits"
+    assert (message(product, latest, A, B)
+            == "input 1: found another gradient after calls with other inputs; needed the same "
+               "bits")
 
 
 # linear, and blind to memory
@@ -225,13 +263,16 @@ def test_a_gradient_is_linear_in_the_upstream_gradient():
         return dy * b, dy * a + 1e-9 * dy ** 2
     found = message(product, quadratic, A, B)
     assert found.startswith("input 1: its gradient is not linear in the upstream gradient (off by ")
-    assert found == message(product, quadratic, A, B, seed=0) != message(product, quadratic, A, B, seed=1)
+    assert (found == message(product, quadratic, A, B, seed=0)
+            != message(product, quadratic, A, B, seed=1))
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("off, linear", [(0.9e-12, True), (1.1e-12, False)])
 def test_linear_to_twelve_digits_of_the_largest_element(off, linear, scale):
-    """A constant c in the gradient is c (1 - 1.7 + 0.6) = -0.1 c off when two upstream gradients are mixed, 1.7 dy - 0.6 dy'."""
+    """A constant c in the gradient is c (1 - 1.7 + 0.6) = -0.1 c off when two upstream gradients
+    are mixed, 1.7 dy - 0.6 dy'.
+    """
     rng = np.random.default_rng([0, 3])
     largest = 1.7 * np.abs(scale * rng.standard_normal(5)).max()
 
@@ -243,18 +284,23 @@ def test_linear_to_twelve_digits_of_the_largest_element(off, linear, scale):
         nn.check_contract(lambda x: scale * x, backward, np.arange(5.0))
     else:
         assert message(lambda x: scale * x, backward, np.arange(5.0), names=["x"]) == \
-            f"x: its gradient is not linear in the upstream gradient (off by {off * largest:.3g} at a size of {largest:.3g})"
+            ("x: its gradient is not linear in the upstream gradient "
+             f"(off by {off * largest:.3g} at a size of {largest:.3g})")
 
 
 def test_an_upstream_gradient_of_stride_0_is_as_good_as_any():
     def strided(dy, a, b):
         return dy * b, dy * a if all(dy.strides) else 2 * dy * a
-    assert message(product, strided, A, B) == "input 1: found another gradient for an upstream gradient of stride 0 (np.broadcast_to)"
+    assert (message(product, strided, A, B)
+            == "input 1: found another gradient for an upstream gradient of stride 0 "
+               "(np.broadcast_to)")
 
 
 @pytest.mark.parametrize("layout, is_so", [
     ("Fortran order", lambda x: x.flags.f_contiguous and x.ndim > 1 and not x.flags.c_contiguous),
-    ("every second element of a larger array", lambda x: x.strides == (12 * x.itemsize, 2 * x.itemsize)), ("negative strides", lambda x: x.strides[-1] < 0)])
+    ("every second element of a larger array",
+     lambda x: x.strides == (12 * x.itemsize, 2 * x.itemsize)),
+    ("negative strides", lambda x: x.strides[-1] < 0)])
 def test_every_layout_is_tried(layout, is_so):
     def f(a, b):
         return product(a, b) * (1 + 1e-11 * bool(is_so(a)))
@@ -267,7 +313,9 @@ def test_every_layout_is_tried(layout, is_so):
     for scale in (1e-6, 1.0):
         assert message(f, right, scale * A, B) == f"f: found another value for inputs in {layout}"
         for wrong in (backward, of_the_upstream_gradient):
-            assert message(product, wrong, scale * A, B) == f"input 1: found another gradient for inputs and upstream gradient in {layout}"
+            assert (message(product, wrong, scale * A, B)
+                    == "input 1: found another gradient for inputs and upstream gradient in "
+                       f"{layout}")
 
 
 def test_the_order_of_a_sum_may_follow_the_layout():

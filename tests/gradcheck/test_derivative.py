@@ -1,4 +1,6 @@
-"""The instruments: each against derivatives known in closed form, and honest about what it cannot measure."""
+"""The instruments: each against derivatives known in closed form, and honest about what it cannot
+measure.
+"""
 
 import numpy as np
 import pytest
@@ -14,11 +16,14 @@ def through(f, x=0.7, v=1.0):
 
 
 def test_line_leaves_the_other_inputs():
-    along = derivative.line(lambda a, b, c: (a, b, c), (np.array(1.0), None, np.array(5.0)), {2: np.array(2.0)})
+    along = derivative.line(lambda a, b, c: (a, b, c), (np.array(1.0), None, np.array(5.0)),
+                            {2: np.array(2.0)})
     assert along(3.0) == (1.0, None, 11.0)
 
 
-@pytest.mark.parametrize("f, slope", [(np.sin, np.cos(0.7)), (np.exp, np.exp(0.7)), (lambda x: x ** 3, 3 * 0.49), (np.sqrt, 0.5 / np.sqrt(0.7))])
+@pytest.mark.parametrize("f, slope",
+                         [(np.sin, np.cos(0.7)), (np.exp, np.exp(0.7)),
+                          (lambda x: x ** 3, 3 * 0.49), (np.sqrt, 0.5 / np.sqrt(0.7))])
 def test_complex_step_and_central_differences(f, slope):
     np.testing.assert_allclose(derivative.complex_step(through(f), ONE), slope, rtol=1e-15)
     found, doubt = derivative.extrapolate(through(f), ONE)
@@ -37,7 +42,9 @@ def test_complex_step_gives_up_where_complex_numbers_do():
     assert derivative.complex_step(through(into_real), ONE) is None
 
 
-@pytest.mark.parametrize("f", [lambda x: x * np.abs(x), lambda x: x * np.conj(x), lambda x: x + np.real(x) ** 2])
+@pytest.mark.parametrize("f",
+                         [lambda x: x * np.abs(x), lambda x: x * np.conj(x),
+                          lambda x: x + np.real(x) ** 2])
 def test_complex_functions_that_are_not_analytic_are_told_apart(f):
     assert not derivative.is_analytic(through(f), ONE)
     assert derivative.is_analytic(through(np.sin), ONE)
@@ -47,14 +54,16 @@ def test_a_function_that_keeps_complex_numbers_but_is_not_analytic_is_still_chec
     x = np.random.default_rng(0).normal(size=(2, 3)) + 5
     nn.check_gradient(lambda a: a * np.abs(a), lambda dy, a: 2 * dy * np.abs(a), x, contract=False)
     with pytest.raises(nn.GradientError):
-        nn.check_gradient(lambda a: a * np.abs(a), lambda dy, a: 2.000001 * dy * np.abs(a), x, contract=False)
+        nn.check_gradient(lambda a: a * np.abs(a), lambda dy, a: 2.000001 * dy * np.abs(a), x,
+                          contract=False)
 
 
 def test_rounding_of_a_large_value_is_doubted():
     """A slope of 1 on a value of 1e9 cannot be seen to 1e-8, and the doubt says so."""
     found, doubt = derivative.extrapolate(through(lambda x: x + 1e9), ONE)
     assert abs(found - 1) <= 10 * doubt and doubt > 1e-6
-    found, doubt = derivative.extrapolate(through(lambda x: x + 1e15), ONE)      # no difference at all: certain only in appearance
+    # no difference at all: certain only in appearance
+    found, doubt = derivative.extrapolate(through(lambda x: x + 1e15), ONE)
     assert found == 0 and doubt > 1
 
 
@@ -65,24 +74,29 @@ def test_steps_suit_the_size_of_the_input():
 
 
 def test_remainder_falls_as_the_square_only_for_the_right_derivative():
-    assert derivative.remainder_slope(through(np.sin), ONE, np.cos(0.7)) == pytest.approx(2, abs=0.01)
-    assert derivative.remainder_slope(through(np.sin), ONE, np.cos(0.7) + 0.1) == pytest.approx(1, abs=0.05)
+    assert derivative.remainder_slope(through(np.sin), ONE,
+                                      np.cos(0.7)) == pytest.approx(2, abs=0.01)
+    assert derivative.remainder_slope(through(np.sin), ONE,
+                                      np.cos(0.7) + 0.1) == pytest.approx(1, abs=0.05)
     assert derivative.remainder_slope(through(lambda x: 3 * x), ONE, 3.0) is None
 
 
 def test_the_rate_alone_refuses_a_wrong_gradient():
     with pytest.raises(nn.GradientError, match=r"Taylor remainder falls as h\^1"):
-        nn.check_direction(np.sin, lambda dy, x: 1.1 * dy * np.cos(x), np.array([0.7, 0.3]), tolerance=1.0)
+        nn.check_direction(np.sin, lambda dy, x: 1.1 * dy * np.cos(x), np.array([0.7, 0.3]),
+                           tolerance=1.0)
 
 
 def test_one_sided_derivatives():
     np.testing.assert_allclose(derivative.one_sided(through(np.abs, 0.0), ONE), (-1, 1), rtol=1e-9)
-    np.testing.assert_allclose(derivative.one_sided(through(np.sin), ONE), (np.cos(0.7),) * 2, rtol=1e-7)
+    np.testing.assert_allclose(derivative.one_sided(through(np.sin), ONE), (np.cos(0.7),) * 2,
+                               rtol=1e-7)
 
 
 def test_one_sided_derivatives_err_by_the_square_of_the_step():
     h, second, third = 1e-3, -np.sin(0.7), -np.cos(0.7)
-    np.testing.assert_allclose(np.subtract(derivative.one_sided(through(np.sin), ONE, h=h), np.cos(0.7)), -h ** 2 / 12 * third * np.ones(2),
+    np.testing.assert_allclose(np.subtract(derivative.one_sided(through(np.sin), ONE, h=h),
+                                           np.cos(0.7)), -h ** 2 / 12 * third * np.ones(2),
                                atol=h ** 3 * abs(second))
 
 
@@ -90,7 +104,8 @@ def test_a_claim_outside_the_bracket_is_refused():
     with pytest.raises(nn.GradientError, match="at the kink"):
         nn.check_kink(nn.relu, lambda dy, x: 1.5 * dy, np.zeros(1), direction=np.ones(1))
     with pytest.raises(nn.GradientError, match="at the kink"):
-        nn.check_kink(nn.norm, lambda dy, r: 2 * dy[:, None] * np.ones(r.shape), np.zeros((1, 2)), direction=np.array([[1.0, 0]]))
+        nn.check_kink(nn.norm, lambda dy, r: 2 * dy[:, None] * np.ones(r.shape), np.zeros((1, 2)),
+                      direction=np.array([[1.0, 0]]))
 
 
 @pytest.mark.parametrize("f, backward", [(nn.l1, nn.l1_backward)])

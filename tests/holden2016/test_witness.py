@@ -1,6 +1,8 @@
-"""The 2016 system against numbers that its authors' code produced (run unmodified; the folder of REFIMPL_WITNESS).
+"""The 2016 system against numbers that its authors' code produced (run unmodified; the folder of
+REFIMPL_WITNESS).
 
-Cite Holden, Saito and Komura 2016 where these numbers are shown. Bounds are those of the stored arrays: 4e-8 where they are float32.
+Cite Holden, Saito and Komura 2016 where these numbers are shown. Bounds are those of the stored
+arrays: 4e-8 where they are float32.
 """
 
 import numpy as np
@@ -35,7 +37,8 @@ def close(found, wanted, bound):
 def params_of(arrays):
     """The authors' arrays as `files.read_network` gives them."""
     W = {name: arrays[array].astype(float) for name, array in files.ARRAYS.items()}
-    return {"We": W["We"][:, :, ::-1], "be": W["be"][:, 0], "Wd": W["Wd"][:, :, ::-1], "bd": W["bd"][:, 0]}
+    return {"We": W["We"][:, :, ::-1], "be": W["be"][:, 0], "Wd": W["Wd"][:, :, ::-1],
+            "bd": W["bd"][:, 0]}
 
 
 @pytest.mark.parametrize("clip", ["curve", "hop", "tiny"])
@@ -82,7 +85,8 @@ def test_the_network_and_its_gradients(load):
     close(dH, w["dH_in"], 3e-15)
     close(g["Wd"][:, :, ::-1], w["dW_dec"], 3e-15)
     close(g["bd"][:, None], w["db_dec"], 3e-15)
-    assert network.autoencoder_loss(X, p) == pytest.approx(float(w["mse"] + w["sparsity"]), rel=3e-16)
+    assert (network.autoencoder_loss(X, p) == pytest.approx(float(w["mse"] + w["sparsity"]),
+                                                            rel=3e-16))
     _, g = network.autoencoder_loss_backward(1.0, X, p)
     for name, of in (("We", "dW_enc"), ("Wd", "dW_dec")):
         close(g[name][:, :, ::-1], w[f"total_{of}"], 3e-15)
@@ -98,9 +102,11 @@ def test_kinks_chances_and_first_filters(load):
     differs = nn.relu_backward(np.ones_like(w["relu_in"]), w["relu_in"]) != w["relu_gradient"]
     np.testing.assert_array_equal(differs, w["relu_in"] == 0)
     np.testing.assert_array_equal(nn.max_pool1d(w["pool_in"]), w["pool_out"])
-    np.testing.assert_array_equal(tie_to_all(w["pool_upstream"], w["pool_in"]), w["pool_gradient"])     # the other rival
+    # the other rival
+    np.testing.assert_array_equal(tie_to_all(w["pool_upstream"], w["pool_in"]), w["pool_gradient"])
     kept = np.ones((1, 2, 3), np.int8)
-    np.testing.assert_allclose(sorted({0.0, float(network.drop(np.ones(1), kept[0, 0, :1])[0])}), sorted(w["dropout_values"]))
+    np.testing.assert_allclose(sorted({0.0, float(network.drop(np.ones(1), kept[0, 0, :1])[0])}),
+                               sorted(w["dropout_values"]))
     for draw in w["depool_draws"]:
         chosen = (draw[None, :, 1::2] != 0).astype(np.int8)
         np.testing.assert_array_equal(nn.random_depool1d(w["depool_in"], chosen)[0], draw)
@@ -131,7 +137,8 @@ def test_the_losses_and_their_gradients(load):
     close(nn.gram(H), w["gram_H"], 4e-16)
     for name, amount in (("search_01", 0.1), ("search_0003", 0.003)):
         close(losses.search_loss(H, content, w["gram_style"], amount=amount)[0], w[name], 6e-16)
-        close(losses.search_loss_backward(np.ones(1), H, content, w["gram_style"], amount=amount), w[f"d_{name}"], 6e-16)
+        close(losses.search_loss_backward(np.ones(1), H, content, w["gram_style"], amount=amount),
+              w[f"d_{name}"], 6e-16)
     s = losses.search_loss(H, content, w["gram_style"], amount=1e300)[0]
     close(s, w["style"], 6e-16)
     close(losses.search_loss(H, content, w["gram_style"], amount=0.0)[0], w["content"], 6e-16)
@@ -141,11 +148,14 @@ def test_both_forms_of_adam(load):
     w = load("4_adam")
     params, state = {"p": w["p0"].astype(float)}, nn.adam_start({"p": w["p0"].astype(float)})
     for gradient, after in zip(w["gradients"].astype(float), w["p_after"][1:]):
-        params, state = nn.adam_step(params, {"p": gradient}, state, rate=float(w["rate"]), epsilon=float(w["eps_trainer"]))
+        params, state = nn.adam_step(params, {"p": gradient}, state, rate=float(w["rate"]),
+                                     epsilon=float(w["eps_trainer"]))
         np.testing.assert_allclose(params["p"], after, rtol=0, atol=1e-16)
-    assert train.RATE == 1e-5 and float(w["eps_constrain"]) == search.EPSILON and float(w["rate_constrain"]) == search.RATE
+    assert (train.RATE == 1e-5 and float(w["eps_constrain"]) == search.EPSILON
+            and float(w["rate_constrain"]) == search.RATE)
     A, B, H = (w[name].astype(float) for name in ("A", "B", "H_after"))
-    for steps in range(6):                                       # its cost is the sum of A (H - B)^2
+    # its cost is the sum of A (H - B)^2
+    for steps in range(6):
         found = search.minimise(H[0], None, lambda h: 2 * A * (h - B), steps)
         close(found, H[steps], 1e-15)
 
@@ -158,7 +168,8 @@ def test_the_trainer(load):
         np.testing.assert_allclose(costs, w[f"cost_{name}"], rtol=2e-14)
         if name == "before":
             state = State(params, nn.adam_start(params), 0)
-            for _, state in train.train(X, epochs=int(w["epochs"]), rate=float(w["rate"]), chance=False, shuffle=False, state=state):
+            for _, state in train.train(X, epochs=int(w["epochs"]), rate=float(w["rate"]),
+                                        chance=False, shuffle=False, state=state):
                 pass
             params = state.params
     for name, array in files.ARRAYS.items():
@@ -173,11 +184,13 @@ def test_the_whole_style_transfer(load):
     content = search.join(w["content_windows"].astype(float))
     close(content.T[None], w["content"], 0)
     bound = np.sqrt(6 / (73 + 480))
-    assert w["noise"].shape == search.noise(np.random.default_rng(0), 480).shape and 0.99 * bound < np.abs(w["noise"]).max() <= bound
+    assert (w["noise"].shape == search.noise(np.random.default_rng(0), 480).shape
+            and 0.99 * bound < np.abs(w["noise"]).max() <= bound)
     costs = {"style": [], "constraints": []}
     p = params_of(w)
     close(network.encode(w["noise"].astype(float), p), w["hidden_noise"], F32)
-    found = search.transfer(content, w["style_window"][0].astype(float), p, normaliser, start=w["noise"].astype(float), amount=float(w["style_amount"]),
+    found = search.transfer(content, w["style_window"][0].astype(float), p, normaliser,
+                            start=w["noise"].astype(float), amount=float(w["style_amount"]),
                             watch=lambda name, iteration, cost: costs[name].append(cost))
     for name, printed in costs.items():
         np.testing.assert_allclose(printed, w[f"cost_{name}"], rtol=0, atol=5.1e-7)
@@ -192,11 +205,13 @@ def named_points(w, clip, tmp_path):
     path.write_bytes(bytes(w[f"{clip}_bvh"]))
     read = bvh.read_bvh(path)
     rotations, translations = (part[::2] for part in skeleton.local_pose(read))
-    return read, rotations, translations, skeleton.forward_kinematics(read.parents, rotations, translations)[1]
+    return (read, rotations, translations,
+            skeleton.forward_kinematics(read.parents, rotations, translations)[1])
 
 
 def feet_of(names):
-    return [list(names).index(name) for name in ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")]
+    return [list(names).index(name) for name in ("LeftFoot", "LeftToeBase", "RightFoot",
+                                                 "RightToeBase")]
 
 
 def test_forward_kinematics_of_the_later_code(load, tmp_path):
@@ -206,14 +221,18 @@ def test_forward_kinematics_of_the_later_code(load, tmp_path):
     np.testing.assert_array_equal([joint.name for joint in read.joints], w["names"])
     close(points, w["global_positions"], 2e-7)
     close(points, load("7_deep_motion_editing")["global_positions"], 2e-6)
-    eighth = w["quaternions"].astype(float)                      # every eighth frame of the file's 120 a second
+    # every eighth frame of the file's 120 a second
+    eighth = w["quaternions"].astype(float)
     theirs = rotation.quaternion_to_matrix(eighth)
     np.testing.assert_allclose(theirs, skeleton.local_pose(read)[0][::8][:len(theirs)], atol=3e-7)
-    close(skeleton.forward_kinematics(w["parents"], theirs, translations[::4][:len(theirs)])[1], w["global_positions"][::4][:len(theirs)], 2e-6)
+    close(skeleton.forward_kinematics(w["parents"], theirs, translations[::4][:len(theirs)])[1],
+          w["global_positions"][::4][:len(theirs)], 2e-6)
 
 
 def test_contact_rules_of_the_later_code(load, tmp_path):
-    """Each rule gives the recorded labels; this package's own, on the same points, agrees with most of them."""
+    """Each rule gives the recorded labels; this package's own, on the same points, agrees with most
+    of them.
+    """
     first, w, other = load("1_preprocessing"), load("6_later_code"), load("7_deep_motion_editing")
     read, _, _, points = named_points(first, str(w["clip"]), tmp_path)
     feet = feet_of(w["names"])
@@ -223,15 +242,20 @@ def test_contact_rules_of_the_later_code(load, tmp_path):
     toes = points[:, [feet[1], feet[3]]] * 0.055                 # metres
     velocity = np.empty_like(toes)
     velocity[1:-1] = 0.5 * (toes[2:] - toes[:-2]) * 60
-    velocity[0], velocity[-1] = velocity[1] - (velocity[3] - velocity[2]), velocity[-2] + (velocity[-2] - velocity[-3])
+    velocity[0], velocity[-1] = (velocity[1] - (velocity[3] - velocity[2]),
+                                 velocity[-2] + (velocity[-2] - velocity[-3]))
     slow = np.linalg.norm(velocity, axis=-1) < 0.15
-    matching = np.stack([median_filter(foot.astype(np.uint8), size=6, mode="nearest") for foot in slow.T], axis=1).astype(bool)
+    matching = np.stack([median_filter(foot.astype(np.uint8), size=6, mode="nearest")
+                         for foot in slow.T], axis=1).astype(bool)
     np.testing.assert_array_equal(matching[1:-1], w["contacts_motion_matching"][1:-1])
-    labels = np.concatenate([step2[:1] < 0.05, step2 < 0.05])    # deep-motion-editing: the first row doubled, label t covers t - 1 to t
+    # deep-motion-editing: the first row doubled, label t covers t - 1 to t
+    labels = np.concatenate([step2[:1] < 0.05, step2 < 0.05])
     np.testing.assert_array_equal(labels, other["contacts"])
-    mapped = map_joints(read.joints).positions(*skeleton.forward_kinematics(read.parents, *(p[::2] for p in skeleton.local_pose(read))))
+    mapped = map_joints(read.joints).positions(
+        *skeleton.forward_kinematics(read.parents, *(p[::2] for p in skeleton.local_pose(read))))
     ours = foot_contacts(mapped)
-    assert np.mean(ours[:-1] == pfnn) > 0.85 and np.mean(ours[:, [1, 3]] == w["contacts_motion_matching"]) > 0.85
+    assert (np.mean(ours[:-1] == pfnn) > 0.85
+            and np.mean(ours[:, [1, 3]] == w["contacts_motion_matching"]) > 0.85)
 
 
 def test_two_bone_ik_of_the_later_code(load):
@@ -239,10 +263,12 @@ def test_two_bone_ik_of_the_later_code(load):
     hip, knee, ankle = w["hip"], w["knee"], w["ankle"]
     thigh, shin = np.linalg.norm(knee - hip, axis=1), np.linalg.norm(ankle - knee, axis=1)
     goal = w["target"] - hip
-    reach = thigh + shin - w["max_length_buffer"][:, 0]          # their legs stay shorter than their bones
+    # their legs stay shorter than their bones
+    reach = thigh + shin - w["max_length_buffer"][:, 0]
     size = np.linalg.norm(goal, axis=1)
     goal = hip + goal * (np.minimum(size, reach) / size)[:, None]
-    turned = rotation.shortest_rotation(ankle - hip, goal - hip) @ w["forward"][:, :, None]     # the knee's side turns with the leg, as in `foot_ik.lock_feet`
+    # the knee's side turns with the leg, as in `foot_ik.lock_feet`
+    turned = rotation.shortest_rotation(ankle - hip, goal - hip) @ w["forward"][:, :, None]
     found = two_bone(hip, goal, thigh, shin, turned[..., 0])
     close(goal, w["ankle_after"], 3e-6)
     close(found, w["knee_after"], 3e-6)

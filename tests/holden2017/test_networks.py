@@ -1,4 +1,6 @@
-"""Equations 1 to 3 and the transformation network: shapes, identities, and gradients of every parameter."""
+"""Equations 1 to 3 and the transformation network: shapes, identities, and gradients of every
+parameter.
+"""
 
 import numpy as np
 import pytest
@@ -13,7 +15,8 @@ def rng():
 
 
 def small_loss_network(rng, hidden=5, features=4, width=5):
-    params = networks.init_loss_network(rng, hidden=hidden, width=width, features=features, dtype=float)
+    params = networks.init_loss_network(rng, hidden=hidden, width=width, features=features,
+                                        dtype=float)
     params["b0"] = rng.normal(size=hidden) * 0.1
     return params
 
@@ -32,7 +35,8 @@ def test_shapes_of_the_paper(rng):
     assert H.shape == (1, 256, 12) and H.dtype == np.float32 and (H >= 0).all()
     assert networks.decode(H, params).shape == X.shape
     T = networks.init_transformation_network(rng)
-    assert {k: v.shape for k, v in T.items() if k[0] == "W"} == {"W1": (128, 66, 25), "W2": (128, 128, 25), "W3": (66, 128, 25)}
+    assert ({k: v.shape for k, v in T.items() if k[0] == "W"}
+            == {"W1": (128, 66, 25), "W2": (128, 128, 25), "W3": (66, 128, 25)})
     assert networks.transform(X, T).shape == X.shape
 
 
@@ -67,15 +71,18 @@ def over_arrays(f, backward, names):
     (networks.decode, networks.decode_backward, (2, 5, 3))])
 def test_loss_network_gradients(rng, f, backward, shape):
     params = small_loss_network(rng)
-    nn.check_gradient(*over_arrays(f, backward, ("W0", "b0")), rng.normal(size=shape), *params.values(), names=("input", "W0", "b0"))
+    nn.check_gradient(*over_arrays(f, backward, ("W0", "b0")), rng.normal(size=shape),
+                      *params.values(), names=("input", "W0", "b0"))
 
 
 def test_gradients_to_the_input_alone_are_the_same(rng):
     params = small_loss_network(rng)
     X, dH = rng.normal(size=(2, 4, 8)), rng.normal(size=(2, 5, 4))
-    np.testing.assert_allclose(networks.encode_backward_to_input(dH, X, params), networks.encode_backward(dH, X, params)[0], atol=1e-13)
+    np.testing.assert_allclose(networks.encode_backward_to_input(dH, X, params),
+                               networks.encode_backward(dH, X, params)[0], atol=1e-13)
     H, dX = rng.normal(size=(2, 5, 4)), rng.normal(size=(2, 4, 8))
-    np.testing.assert_allclose(networks.decode_backward_to_input(dX, H, params), networks.decode_backward(dX, H, params)[0], atol=1e-13)
+    np.testing.assert_allclose(networks.decode_backward_to_input(dX, H, params),
+                               networks.decode_backward(dX, H, params)[0], atol=1e-13)
 
 
 @pytest.mark.parametrize("mean", [True, False])
@@ -83,9 +90,10 @@ def test_gradients_to_the_input_alone_are_the_same(rng):
 def test_autoencoder_loss_gradients(rng, mean, noisy):
     params = small_loss_network(rng)
     settings = dict(alpha=0.3, mean=mean, noisy=rng.normal(size=(2, 4, 8)) if noisy else None)
-    f, back = over_arrays(lambda x, p: networks.autoencoder_loss(x, p, **settings),
-                          lambda d, x, p: networks.autoencoder_loss_backward(d, x, p, **settings), ("W0", "b0"))
-    nn.check_gradient(f, back, rng.normal(size=(2, 4, 8)), *params.values(), names=("X", "W0", "b0"))
+    f, back = over_arrays(lambda x, p: networks.autoencoder_loss(x, p, **settings), lambda d, x,
+                          p: networks.autoencoder_loss_backward(d, x, p, **settings), ("W0", "b0"))
+    nn.check_gradient(f, back, rng.normal(size=(2, 4, 8)), *params.values(),
+                      names=("X", "W0", "b0"))
 
 
 def test_autoencoder_loss_is_equation_3(rng):
@@ -93,13 +101,15 @@ def test_autoencoder_loss_is_equation_3(rng):
     X = rng.normal(size=(2, 4, 8))
     error = X - networks.decode(networks.encode(X, params), params)
     absolute = np.abs(params["W0"]).sum() + np.abs(params["b0"]).sum()
-    np.testing.assert_allclose(networks.autoencoder_loss(X, params, alpha=0.5, mean=False), (error ** 2).sum() + 0.5 * absolute)
-    np.testing.assert_allclose(networks.autoencoder_loss(X, params, alpha=0.5), (error ** 2).mean() + 0.5 * absolute / 105)
+    np.testing.assert_allclose(networks.autoencoder_loss(X, params, alpha=0.5, mean=False),
+                               (error ** 2).sum() + 0.5 * absolute)
+    np.testing.assert_allclose(networks.autoencoder_loss(X, params, alpha=0.5),
+                               (error ** 2).mean() + 0.5 * absolute / 105)
 
 
 def test_transformation_network_gradients(rng):
     params = networks.init_transformation_network(rng, channels=3, width=3, features=4, dtype=float)
     params = {name: p + 0.1 * rng.normal(size=p.shape) for name, p in params.items()}
     names = tuple(params)
-    nn.check_gradient(*over_arrays(networks.transform, networks.transform_backward, names), rng.normal(size=(2, 4, 6)), *params.values(),
-                      names=("X", *names))
+    nn.check_gradient(*over_arrays(networks.transform, networks.transform_backward, names),
+                      rng.normal(size=(2, 4, 6)), *params.values(), names=("X", *names))

@@ -1,7 +1,10 @@
-"""Throw malformed files at every reader. `python -m tests.hostile.fuzz 200000 [folder of BVH clips]`
+"""Throw malformed files at every reader. `python -m tests.hostile.fuzz 200000 [folder of BVH
+clips]`
 
-Every input must be read or refused with one of the package's own errors, within a second. Inputs come from a grammar (BVH with odd but legal and with broken parts)
-and from mutations of whole files; the random numbers are fixed, so that a run can be repeated and a failure found again by its number.
+Every input must be read or refused with one of the package's own errors, within a second. Inputs
+come from a grammar (BVH with odd but legal and with broken parts) and from mutations of whole
+files; the random numbers are fixed, so that a run can be repeated and a failure found again by its
+number.
 """
 
 from collections import Counter
@@ -20,7 +23,8 @@ from refimpl.styles.files import load_manifold, load_style, save_manifold, save_
 from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic
 from refimpl.motion.clip import BVHError
-from refimpl.motion.dataset import LabelError, assemble, labels_from_file, load_dataset, save_dataset
+from refimpl.motion.dataset import (LabelError, assemble, labels_from_file, load_dataset,
+                                    save_dataset)
 from refimpl.motion.features import FEATURES
 from refimpl.motion.joints import BONES, MappingError, map_joints, read_mapping
 from refimpl.motion.windows import Normaliser
@@ -28,24 +32,34 @@ from refimpl.motion.body import make_take
 from refimpl.storage import FormatError
 
 SECONDS = 1.0
-WORDS = ("HIERARCHY ROOT JOINT End Site OFFSET CHANNELS MOTION Frames: Frame Time: { } 0 1 2 3 6 -1 1e5 1E-05 nan inf -inf 1e999 1_0 0x1 ١ . - + 9999999999 "
-         "Xposition Yposition Zposition Xrotation Yrotation Zrotation Wrotation Hips LeftFoot # \ufeff \x00 \u2028 é").split(" ") + [" ", "\t", "\n", "\r", "\r\n"]
+WORDS = (
+    ("HIERARCHY ROOT JOINT End Site OFFSET CHANNELS MOTION Frames: Frame Time: { } 0 1 2 3 6 -1 "
+     "1e5 1E-05 nan inf -inf 1e999 1_0 0x1 ١ . - + 9999999999 "
+     "Xposition Yposition Zposition Xrotation Yrotation Zrotation Wrotation Hips LeftFoot # "
+     "\ufeff \x00 \u2028 é").split(" ") + [" ", "\t", "\n", "\r", "\r\n"])
 
 
 def grammar(rng):
     """A BVH text from its grammar, now and then with a part that is wrong."""
     def number():
-        return rng.choice(["0", "1", "-2.5", "1e1", "1E-05", ".5", "5.", "+3", "90"]) if rng.random() < 0.97 else rng.choice(WORDS)
+        return (rng.choice(["0", "1", "-2.5", "1e1", "1E-05", ".5", "5.", "+3", "90"])
+                if rng.random() < 0.97 else rng.choice(WORDS))
 
     def joint(depth, lines):
-        name = rng.choice(["Hips", "Left Arm", "a", "b:c", "é", f"j{rng.randrange(1000)}", ""]) + (str(rng.randrange(10 ** 6)) if rng.random() < 0.9 else "")
+        name = (rng.choice(["Hips", "Left Arm", "a", "b:c", "é", f"j{rng.randrange(1000)}", ""])
+                + (str(rng.randrange(10 ** 6)) if rng.random() < 0.9 else ""))
         space = rng.choice([" ", "\t", "  "])
-        lines.append(f"{'ROOT' if depth == 0 else 'JOINT'}{space}{name}" + ("" if rng.random() < 0.5 else "\n") + (" {" if rng.random() < 0.98 else ""))
-        lines.append("OFFSET " + space.join(number() for _ in range(3 if rng.random() < 0.98 else rng.randrange(6))))
+        lines.append(f"{'ROOT' if depth == 0 else 'JOINT'}{space}{name}"
+                     + ("" if rng.random() < 0.5 else "\n") + (" {" if rng.random() < 0.98 else ""))
+        lines.append("OFFSET " + space.join(number()
+                                            for _ in range(3 if rng.random() < 0.98
+                                                           else rng.randrange(6))))
         count = rng.choice([0, 3, 3, 6])
-        names = (bvh.POSITION_CHANNELS if count == 6 else ()) + (tuple(rng.sample(bvh.ROTATION_CHANNELS, 3)) if count else ())
+        names = ((bvh.POSITION_CHANNELS if count == 6 else ())
+                 + (tuple(rng.sample(bvh.ROTATION_CHANNELS, 3)) if count else ()))
         if count or rng.random() < 0.5:
-            lines.append(f"CHANNELS {count if rng.random() < 0.98 else number()} " + " ".join(names))
+            lines.append(f"CHANNELS {count if rng.random() < 0.98 else number()} "
+                         + " ".join(names))
         width = len(names)
         for _ in range(rng.choice([0, 0, 1, 1, 2]) if depth < 5 else 0):
             width += joint(depth + 1, lines)
@@ -56,8 +70,12 @@ def grammar(rng):
     lines = ["HIERARCHY"]
     width = joint(0, lines)
     frames = rng.randrange(1, 4)
-    lines += ["MOTION", f"Frames:{rng.choice([' ', chr(9)])}{frames if rng.random() < 0.97 else number()}", f"Frame Time: {rng.choice(['0.0333333', '0.0166667', number()])}"]
-    lines += [" ".join(number() for _ in range(width if rng.random() < 0.98 else rng.randrange(width + 3))) for _ in range(frames if rng.random() < 0.98 else rng.randrange(4))]
+    lines += ["MOTION",
+              f"Frames:{rng.choice([' ', chr(9)])}{frames if rng.random() < 0.97 else number()}",
+              f"Frame Time: {rng.choice(['0.0333333', '0.0166667', number()])}"]
+    lines += [" ".join(number()
+                       for _ in range(width if rng.random() < 0.98 else rng.randrange(width + 3)))
+              for _ in range(frames if rng.random() < 0.98 else rng.randrange(4))]
     return rng.choice(["\n", "\n", "\r\n", "\r"]).join(lines) + rng.choice(["", "\n"])
 
 
@@ -95,7 +113,8 @@ def mutate_bytes(data, rng):
 
 
 def rewrite_npz(data, rng):
-    """A well-formed archive with one array or the header changed: what a checksum does not notice."""
+    """A well-formed archive with one array or the header changed: what a checksum does not notice.
+    """
     with np.load(io.BytesIO(data), allow_pickle=False) as archive:
         arrays = {name: archive[name] for name in archive.files}
     name = rng.choice(list(arrays))
@@ -105,11 +124,13 @@ def rewrite_npz(data, rng):
     elif action == 0:
         del arrays[name]
     elif action == 1:
-        arrays[name] = arrays[name].astype(rng.choice([np.float32, np.float64, np.int64, bool, complex, "U3"]))
+        arrays[name] = arrays[name].astype(rng.choice([np.float32, np.float64, np.int64, bool,
+                                                       complex, "U3"]))
     elif action == 2:
         arrays[name] = arrays[name].ravel()[:rng.randrange(1 + arrays[name].size)]
     elif action == 3 and arrays[name].dtype.kind == "f" and arrays[name].size:
-        arrays[name].flat[rng.randrange(arrays[name].size)] = rng.choice([np.nan, np.inf, -1.0, 0.0, 1e300])
+        arrays[name].flat[rng.randrange(arrays[name].size)] = rng.choice([np.nan, np.inf, -1.0, 0.0,
+                                                                          1e300])
     elif action == 4:
         arrays[name] = np.zeros(rng.choice([(0,), (1, 1), (3, 66, 2), ()]), arrays[name].dtype)
     else:
@@ -120,53 +141,73 @@ def rewrite_npz(data, rng):
 
 
 class Fuzzer:
-    """Makes input number n of each kind and reads it.   scratch : folder for files;  clips : whole BVH texts to mutate"""
+    """Makes input number n of each kind and reads it.
+    scratch : folder for files;  clips : whole BVH texts to mutate
+    """
 
     def __init__(self, scratch, clips):
         self.scratch, self.clips = Path(scratch), clips
         rng = np.random.default_rng(0)
-        params = {"W0": rng.normal(size=(3, FEATURES, 3)).astype(np.float32), "b0": np.zeros(3, np.float32)}
-        manifold = Manifold(params, Normaliser(np.zeros(FEATURES), np.ones(FEATURES), "made"), 80.0, np.ones(len(BONES)))
-        channels = {"W1": (2, FEATURES, 3), "b1": (2,), "W2": (2, 2, 3), "b2": (2,), "W3": (FEATURES, 2, 3), "b3": (FEATURES,)}
-        style = Style({k: np.zeros(s, np.float32) for k, s in channels.items()}, manifold, "old", {"walk": "walk"})
+        params = {"W0": rng.normal(size=(3, FEATURES, 3)).astype(np.float32),
+                  "b0": np.zeros(3, np.float32)}
+        manifold = Manifold(params, Normaliser(np.zeros(FEATURES), np.ones(FEATURES), "made"), 80.0,
+                            np.ones(len(BONES)))
+        channels = {"W1": (2, FEATURES, 3), "b1": (2,), "W2": (2, 2, 3), "b2": (2,),
+                    "W3": (FEATURES, 2, 3), "b3": (FEATURES,)}
+        style = Style({k: np.zeros(s, np.float32) for k, s in channels.items()}, manifold, "old",
+                      {"walk": "walk"})
         take = make_take(synthetic.make_clip(seconds=0.3).clip)
         save_manifold(self.scratch / "manifold", manifold)
         save_style(self.scratch / "style", style)
-        save_dataset(self.scratch / "motions", assemble([("walk_old_0", take)], {"walk_old_0": ("walk", "old")}, "made"))
-        self.archives = [((self.scratch / name).read_bytes(), loader)
-                         for name, loader in (("manifold", load_manifold), ("style", load_style), ("motions", load_dataset))]
+        save_dataset(self.scratch / "motions",
+                     assemble([("walk_old_0", take)], {"walk_old_0": ("walk", "old")}, "made"))
+        self.archives = [((self.scratch / name).read_bytes(), loader) for name,
+                         loader in (("manifold", load_manifold), ("style", load_style),
+                                    ("motions", load_dataset))]
         self.joints = synthetic.skeleton_joints()
         self.labels = "clip,content,style\nwalk_old_0,walk,old\nsub/run_old_1.bvh,run,old\n"
         self.mapping = "slot,joint\nLeftFoot,LeftFoot\n# mine\nHips,Hips\n"
 
     def run(self, number):
-        """Read input `number`.   ->  "read" or the name of the error that refused it; another exception comes through"""
+        """Read input `number`.
+        ->  "read" or the name of the error that refused it; another exception comes through
+        """
         rng = random.Random(number)
-        kind = rng.choices(("grammar", "mutation", "npz", "labels", "mapping"), (30, 25, 30, 8, 7))[0]
+        kind = rng.choices(("grammar", "mutation", "npz", "labels", "mapping"),
+                           (30, 25, 30, 8, 7))[0]
         path = self.scratch / "input"
         try:
             if kind in ("grammar", "mutation"):
-                text = grammar(rng) if kind == "grammar" else mutate_text(rng.choice(self.clips), rng)
-                clip = bvh.parse_bvh(text) if rng.random() < 0.8 else self._from_file(path, text.encode("utf-8", "surrogatepass"), rng)
+                text = (grammar(rng) if kind == "grammar"
+                        else mutate_text(rng.choice(self.clips), rng))
+                clip = (bvh.parse_bvh(text) if rng.random() < 0.8
+                        else self._from_file(path, text.encode("utf-8", "surrogatepass"), rng))
                 again = bvh.parse_bvh(bvh.format_bvh(clip))
                 assert again.joints == clip.joints and np.array_equal(again.values, clip.values)
                 if kind == "mutation" and rng.random() < 0.1:
                     make_take(clip)
             elif kind == "npz":
                 data, loader = rng.choice(self.archives)
-                path.write_bytes(mutate_bytes(data, rng) if rng.random() < 0.6 else rewrite_npz(data, rng))
+                path.write_bytes(mutate_bytes(data, rng) if rng.random() < 0.6
+                                 else rewrite_npz(data, rng))
                 loader(path)
             elif kind == "labels":
-                path.write_bytes(mutate_bytes(self.labels.encode(), rng) if rng.random() < 0.5 else mutate_text(self.labels, rng).encode("utf-8", "surrogatepass"))
-                labels_from_file([Path("folder/walk_old_0.bvh"), Path("folder/sub/run_old_1.bvh")], path, Path("folder"))
+                path.write_bytes(mutate_bytes(self.labels.encode(), rng) if rng.random() < 0.5
+                                 else mutate_text(self.labels,
+                                                  rng).encode("utf-8", "surrogatepass"))
+                labels_from_file([Path("folder/walk_old_0.bvh"), Path("folder/sub/run_old_1.bvh")],
+                                 path, Path("folder"))
             else:
-                path.write_bytes(mutate_bytes(self.mapping.encode(), rng) if rng.random() < 0.5 else mutate_text(self.mapping, rng).encode("utf-8", "surrogatepass"))
+                path.write_bytes(mutate_bytes(self.mapping.encode(), rng) if rng.random() < 0.5
+                                 else mutate_text(self.mapping,
+                                                  rng).encode("utf-8", "surrogatepass"))
                 map_joints(self.joints, read_mapping(path))
         except (BVHError, FormatError, LabelError, MappingError) as error:
             assert str(error), "an error must say something"
             return f"{kind}: {type(error).__name__}"
         except ValueError as error:
-            if type(error) is ValueError and ": found" in str(error):            # the features' own refusals, as a Take makes them
+            # the features' own refusals, as a Take makes them
+            if type(error) is ValueError and ": found" in str(error):
                 return f"{kind}: ValueError"
             raise
         return f"{kind}: read"
@@ -193,17 +234,20 @@ def campaign(numbers, scratch, clips):
 
 def made_clips():
     """Whole texts to mutate, made by the program."""
-    return [bvh.format_bvh(synthetic.make_clip(content, "normal", seconds=0.1).clip) for content in ("walk", "jog")]
+    return [bvh.format_bvh(synthetic.make_clip(content, "normal", seconds=0.1).clip)
+            for content in ("walk", "jog")]
 
 
 if __name__ == "__main__":
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 200_000
     texts = made_clips()
-    if len(sys.argv) > 2:                                        # real clips, cut after a few frames so that mutations hit the header too
+    # real clips, cut after a few frames so that mutations hit the header too
+    if len(sys.argv) > 2:
         for path in sorted(Path(sys.argv[2]).rglob("*.bvh"))[::40]:
             lines = path.read_text().splitlines(keepends=True)
             motion = next(i for i, line in enumerate(lines) if line.strip() == "MOTION")
-            texts.append("".join(lines[:motion + 1]) + "Frames: 3\n" + "".join(lines[motion + 2:motion + 6]))
+            texts.append("".join(lines[:motion + 1]) + "Frames: 3\n"
+                         + "".join(lines[motion + 2:motion + 6]))
     with tempfile.TemporaryDirectory() as folder:
         outcomes, wrong = campaign(range(count), folder, texts)
     for outcome, number in sorted(outcomes.items()):

@@ -1,4 +1,6 @@
-"""Nothing lost, nothing let in: a small part of the fuzzing and the killing, and every way that a disk can refuse."""
+"""Nothing lost, nothing let in: a small part of the fuzzing and the killing, and every way that a
+disk can refuse.
+"""
 
 import errno
 import json
@@ -23,15 +25,16 @@ from refimpl.storage import FormatError, atomic_write, load_npz, save_npz
 from tests.hostile.fuzz import campaign, made_clips
 from tests.hostile.kills import campaign as killing, commands, prepare_folder
 
-# Inputs of the fuzzer that once raised something else than they should: an archive whose members lie before its beginning, and array headers that NumPy's reader
-# cannot split into words.
+# Inputs of the fuzzer that once raised something else than they should: an archive whose members
+# lie before its beginning, and array headers that NumPy's reader cannot split into words.
 ONCE_WRONG = (225, 238, 78118, 147428, 155574, 159569)
 
 
 def test_a_fixed_part_of_the_fuzzing(tmp_path):
     outcomes, wrong = campaign([*ONCE_WRONG, *range(2000)], tmp_path, made_clips())
     assert not wrong, wrong[0]
-    for kind in ("grammar", "mutation", "npz", "labels", "mapping"):         # a fuzzer whose inputs are all refused, or all read, tests little
+    # a fuzzer whose inputs are all refused, or all read, tests little
+    for kind in ("grammar", "mutation", "npz", "labels", "mapping"):
         assert outcomes[f"{kind}: read"] > 0
     assert outcomes["grammar: BVHError"] > 0 and outcomes["npz: FormatError"] > 0
 
@@ -47,10 +50,12 @@ def test_the_same_seed_gives_the_same_bytes(tmp_path):
         for words in commands(tmp_path, name):
             assert main(words) == 0
     for kind in ("manifold", "old"):
-        assert (tmp_path / f"whole-{kind}.npz").read_bytes() == (tmp_path / f"again-{kind}.npz").read_bytes()
+        assert ((tmp_path / f"whole-{kind}.npz").read_bytes()
+                == (tmp_path / f"again-{kind}.npz").read_bytes())
     assert not list(tmp_path.glob("*.checkpoint"))                           # it has done its work
     assert main([*commands(tmp_path, "other")[0][:-2], "--batch", "3", "--seed", "1"]) == 0
-    assert (tmp_path / "other-manifold.npz").read_bytes() != (tmp_path / "whole-manifold.npz").read_bytes()
+    assert ((tmp_path / "other-manifold.npz").read_bytes()
+            != (tmp_path / "whole-manifold.npz").read_bytes())
 
 
 def test_a_checkpoint_of_another_run_is_refused(tmp_path, capsys):
@@ -59,7 +64,8 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path, capsys):
     records = [Record(1, {"loss": 0.5}, 1.0, 2.0)]
     save_checkpoint(tmp_path / "c", state, records, fingerprint({"seed": 1}))
     again, told, exact = load_checkpoint(tmp_path / "c", fingerprint({"seed": 1}), fresh.params, 9)
-    assert exact and told == records and (again.epoch, again.adam["t"]) == (1, 4) and np.array_equal(again.params["W0"], state.params["W0"])
+    assert (exact and told == records and (again.epoch, again.adam["t"]) == (1, 4)
+            and np.array_equal(again.params["W0"], state.params["W0"]))
     with pytest.raises(FormatError, match="other settings"):
         load_checkpoint(tmp_path / "c", fingerprint({"seed": 2}), fresh.params, 9)
     words = [fingerprint({}, np.zeros(*shape)).settings for shape in ((2,), (3,), (3, np.float32))]
@@ -79,7 +85,8 @@ def test_a_training_that_breaks_keeps_its_checkpoint_and_names_the_batch(tmp_pat
 def run(words, folder, **limits):
     """The command in a process of its own.   ->  status, standard error"""
     here = {**os.environ, "PYTHONPATH": os.path.dirname(os.path.dirname(refimpl.__file__))}
-    done = subprocess.run([sys.executable, "-m", "refimpl", *map(str, words)], cwd=folder, env=here, capture_output=True, text=True, timeout=120, **limits)
+    done = subprocess.run([sys.executable, "-m", "refimpl", *map(str, words)], cwd=folder, env=here,
+                          capture_output=True, text=True, timeout=120, **limits)
     return done.returncode, done.stderr
 
 
@@ -88,7 +95,8 @@ def test_ctrl_c_ends_cleanly(tmp_path):
     prepare_folder(tmp_path)
     words = commands(tmp_path, "stopped")[0]
     words[words.index("--epochs") + 1] = "100000"
-    process = subprocess.Popen([sys.executable, "-m", "refimpl", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen([sys.executable, "-m", "refimpl", *words], stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True)
     for line in process.stderr:
         if line.startswith("epoch 2/"):
             break
@@ -102,20 +110,28 @@ def test_ctrl_c_ends_cleanly(tmp_path):
 
 
 def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path):
-    """A limit on the size of files stands for the full disk: writing fails half-way with an OSError."""
+    """A limit on the size of files stands for the full disk: writing fails half-way with an
+    OSError.
+    """
     clips = tmp_path / "clips"
     clips.mkdir()
     for number in range(2):
         bvh.write_bvh(clips / f"walk_normal_{number}.bvh", synthetic.make_clip(seconds=4.0).clip)
     status, err = run(["prepare", clips, "-o", tmp_path / "motions.npz"], tmp_path,
-                      preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000)))
-    assert status == 2 and err.splitlines()[-1].startswith("refimpl: error:") and "Traceback" not in err
+                      preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE,
+                                                            (20_000, 20_000)))
+    assert (status == 2 and err.splitlines()[-1].startswith("refimpl: error:")
+            and "Traceback" not in err)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["clips"]
 
 
-@pytest.mark.parametrize("step, number", [("mkstemp", errno.EACCES), ("mkstemp", errno.EROFS), ("fsync", errno.ENOSPC), ("replace", errno.EPERM)])
+@pytest.mark.parametrize("step, number",
+                         [("mkstemp", errno.EACCES), ("mkstemp", errno.EROFS),
+                          ("fsync", errno.ENOSPC), ("replace", errno.EPERM)])
 def test_every_step_of_a_write_may_be_refused(step, number, tmp_path, monkeypatch, capsys):
-    """Permission, a read-only file system, a disk that is full when the bytes go down, a name that may not be replaced."""
+    """Permission, a read-only file system, a disk that is full when the bytes go down, a name that
+    may not be replaced.
+    """
     clips = tmp_path / "clips"
     clips.mkdir()
     bvh.write_bvh(clips / "walk_normal_0.bvh", synthetic.make_clip(seconds=1.0).clip)
@@ -127,7 +143,8 @@ def test_every_step_of_a_write_may_be_refused(step, number, tmp_path, monkeypatc
     assert main(["prepare", str(clips), "-o", str(tmp_path / "motions.npz")]) == 2
     err = capsys.readouterr().err.splitlines()[-1]
     assert err.startswith("refimpl: error:") and os.strerror(number) in err
-    assert (tmp_path / "motions.npz").read_text() == "old" and sorted(p.name for p in tmp_path.iterdir()) == ["clips", "motions.npz"]
+    assert ((tmp_path / "motions.npz").read_text() == "old"
+            and sorted(p.name for p in tmp_path.iterdir()) == ["clips", "motions.npz"])
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
@@ -141,8 +158,11 @@ def test_a_read_only_folder_is_one_line(tmp_path):
 
 
 def test_folders_where_files_are_meant(tmp_path, capsys):
-    for words in (["inspect", str(tmp_path)], ["train-autoencoder", str(tmp_path), "-o", str(tmp_path / "x")], ["transfer", str(tmp_path), "x", "-o", "y"],
-                  ["prepare", __file__, "-o", str(tmp_path / "x")], ["prepare", str(tmp_path), "-o", str(tmp_path)]):
+    for words in (["inspect", str(tmp_path)],
+                  ["train-autoencoder", str(tmp_path), "-o", str(tmp_path / "x")],
+                  ["transfer", str(tmp_path), "x", "-o", "y"],
+                  ["prepare", __file__, "-o", str(tmp_path / "x")],
+                  ["prepare", str(tmp_path), "-o", str(tmp_path)]):
         assert main(words) == 2
         err = capsys.readouterr().err
         assert err.startswith("refimpl: error:") and err.count("\n") == 1
@@ -173,12 +193,14 @@ def test_an_endless_line_is_refused_before_it_is_read(tmp_path):
     path = tmp_path / "long.bvh"
     with open(path, "wb") as file:
         file.write(b"HIERARCHY\nROOT ")
-        file.seek(1 << 30)                                       # a gigabyte, most of it a hole in the file
+        # a gigabyte, most of it a hole in the file
+        file.seek(1 << 30)
         file.write(b"\n")
     resource_before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.raises(BVHError, match="long.bvh:2: found a line of more than"):
         bvh.read_bvh(path)
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - resource_before < 300_000        # kilobytes
+    # kilobytes
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - resource_before < 300_000
 
 
 def test_huge_claims_are_refused(tmp_path):
@@ -189,7 +211,8 @@ def test_huge_claims_are_refused(tmp_path):
     with pytest.raises(BVHError, match="a whole number of frames"):
         bvh.parse_bvh(text.replace("Frames:\t6", "Frames:\t" + "9" * 5000))
     header = np.lib.format.magic(1, 0)
-    claim = str({"descr": "<f8", "fortran_order": False, "shape": (10 ** 13,)}).ljust(117).encode() + b"\n"
+    claim = (str({"descr": "<f8", "fortran_order": False, "shape": (10 ** 13,)}).ljust(117).encode()
+             + b"\n")
     with zipfile.ZipFile(tmp_path / "bomb.npz", "w") as archive:
         archive.writestr("W0.npy", header + len(claim).to_bytes(2, "little") + claim)
     with pytest.raises(FormatError, match="shorter than it claims"):
@@ -209,8 +232,10 @@ def test_pickles_are_never_opened(tmp_path):
 def test_foreign_newer_and_incomplete_files_are_named(tmp_path):
     path = tmp_path / "file.npz"
     save_npz(path, "manifold", 2, {"W0": np.zeros(2)}, {"leg": 80.0})
-    for arguments, words in ((("manifold", 1, ()), "version 2 of the manifold format"), (("style", 2, ()), "a refimpl manifold file, needed a refimpl style"),
-                             (("manifold", 2, ("b0",)), "found no b0"), (("manifold", 2, (), {"leg": str}), "found no leg")):
+    for arguments, words in ((("manifold", 1, ()), "version 2 of the manifold format"),
+                             (("style", 2, ()), "a refimpl manifold file, needed a refimpl style"),
+                             (("manifold", 2, ("b0",)), "found no b0"),
+                             (("manifold", 2, (), {"leg": str}), "found no leg")):
         with pytest.raises(FormatError, match=words):
             load_npz(path, *arguments)
     data = path.read_bytes()

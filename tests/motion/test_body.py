@@ -13,8 +13,8 @@ MADE = synthetic.make_clip("walk", "normal", seconds=2.0)
 
 
 def renamed(clip, names):
-    return Clip(tuple(Joint(names.get(j.name, j.name), j.parent, j.offset, j.channels, j.end_site) for j in clip.joints),
-                clip.frame_time, clip.values)
+    return Clip(tuple(Joint(names.get(j.name, j.name), j.parent, j.offset, j.channels, j.end_site)
+                      for j in clip.joints), clip.frame_time, clip.values)
 
 
 @pytest.mark.parametrize("family, prefix", [("CMU", ""), ("Mixamo", "mixamorig:"), ("papers", "")])
@@ -36,10 +36,13 @@ def test_a_users_mapping_file(tmp_path):
     path = tmp_path / "mine.csv"
     path.write_text("slot,joint\n# my rig\nLeftFoot,thing\n")
     clip = renamed(MADE.clip, {"LeftFoot": "thing"})
-    assert joints.map_joints(clip.joints, joints.read_mapping(path)).joints[joints.SLOT["LeftFoot"]] == 3
+    assert (joints.map_joints(clip.joints,
+                              joints.read_mapping(path)).joints[joints.SLOT["LeftFoot"]] == 3)
 
 
-@pytest.mark.parametrize("text, line", [("slot,joint\nLeftPaw,thing\n", 2), ("LeftFoot\n", 1), ("LeftFoot,a\nLeftFoot,b\n", 2), ("LeftFoot,\n", 1)])
+@pytest.mark.parametrize("text, line",
+                         [("slot,joint\nLeftPaw,thing\n", 2), ("LeftFoot\n", 1),
+                          ("LeftFoot,a\nLeftFoot,b\n", 2), ("LeftFoot,\n", 1)])
 def test_bad_mapping_lines_are_named(tmp_path, text, line):
     path = tmp_path / "mine.csv"
     path.write_text(text)
@@ -74,7 +77,9 @@ def test_z_up_is_noticed_and_written_back_z_up():
     assert translations[:, 0, 2].mean() > 50                     # the hips' height stands in z
 
 
-@pytest.mark.parametrize("height, unit", [(1.4, "metres"), (140, "centimetres"), (55, "inches"), (1400, "millimetres"), (25, "units of about 5.6 cm")])
+@pytest.mark.parametrize("height, unit",
+                         [(1.4, "metres"), (140, "centimetres"), (55, "inches"),
+                          (1400, "millimetres"), (25, "units of about 5.6 cm")])
 def test_units(height, unit):
     assert guess_unit(height) == unit
 
@@ -97,8 +102,10 @@ def test_bones_keep_their_length_and_directions_follow_the_targets():
     np.testing.assert_allclose(world[:, 0], targets[:, 0], atol=1e-9)
     for parent, child in joints.BONES:
         if list(joints.PARENTS).count(parent) == 1:
-            bone, wanted = world[:, child] - world[:, parent], targets[:, child] - targets[:, parent]
-            cosine = np.sum(bone * wanted, axis=1) / np.linalg.norm(bone, axis=1) / np.linalg.norm(wanted, axis=1)
+            bone, wanted = (world[:, child] - world[:, parent],
+                            targets[:, child] - targets[:, parent])
+            cosine = (np.sum(bone * wanted, axis=1) / np.linalg.norm(bone, axis=1)
+                      / np.linalg.norm(wanted, axis=1))
             np.testing.assert_allclose(cosine, 1, atol=1e-9)
 
 
@@ -126,12 +133,14 @@ def test_real_clips_there_and_back(mocap):
     for path in sorted(mocap.glob("*/*walk*_00[14].bvh"))[::7]:
         take = read_take(path)
         assert len(take.positions) == 2 * take.clip.frames - 1
-        np.testing.assert_allclose(features.decode(take.features, take.start), take.positions, atol=1e-9 * 160)
+        np.testing.assert_allclose(features.decode(take.features, take.start), take.positions,
+                                   atol=1e-9 * 160)
         assert bvh.parse_bvh(bvh.format_bvh(take.clip)).joints == take.clip.joints
         written = body.to_clip(take, random_targets(take, np.random.default_rng(1)))
         assert written.names == take.clip.names and written.fps == 60.0
         old, new = skeleton.local_pose(take.clip)[1], skeleton.local_pose(written)[1]
-        np.testing.assert_allclose(new[:, 2:], np.broadcast_to(old[:1, 2:], new[:, 2:].shape), atol=1e-4)
+        np.testing.assert_allclose(new[:, 2:], np.broadcast_to(old[:1, 2:], new[:, 2:].shape),
+                                   atol=1e-4)
 
 
 @pytest.mark.mocap

@@ -34,16 +34,20 @@ Frame Time: 0.0333333
 def test_a_small_file():
     clip = bvh.parse_bvh(SMALL)
     assert clip.names == ("Hips", "Left Arm")
-    assert clip.joints[1] == Joint("Left Arm", 0, (1.0, 2.5, -0.3), ("Yrotation", "Xrotation", "Zrotation"), (0.0, 1.0, 0.0))
+    assert (clip.joints[1] == Joint("Left Arm", 0, (1.0, 2.5, -0.3),
+                                    ("Yrotation", "Xrotation", "Zrotation"), (0.0, 1.0, 0.0)))
     assert clip.joints[1].rotation_order == "YXZ"
     assert clip.fps == 30.0
     np.testing.assert_array_equal(clip.values[1], [1, 91, 0, -1, -2, -3, 10, -0.5, 5])
 
 
 @pytest.mark.parametrize("change", [
-    lambda s: s.replace("\n", "\r\n"), lambda s: s.replace("  ", "\t"), lambda s: s.rstrip("\n"), lambda s: "\ufeff" + s,
-    lambda s: s.replace("Frames: 2", "Frames:\t2"), lambda s: s.replace("MOTION", "Motion").replace("ROOT", "root"),
-    lambda s: "# a comment\n" + s.replace("MOTION", "# another\nMOTION") + "\n\n", lambda s: s.replace("Hips\n{", "Hips {"),
+    lambda s: s.replace("\n", "\r\n"), lambda s: s.replace("  ", "\t"), lambda s: s.rstrip("\n"),
+    lambda s: "\ufeff" + s,
+    lambda s: s.replace("Frames: 2", "Frames:\t2"),
+    lambda s: s.replace("MOTION", "Motion").replace("ROOT", "root"),
+    lambda s: "# a comment\n" + s.replace("MOTION", "# another\nMOTION") + "\n\n",
+    lambda s: s.replace("Hips\n{", "Hips {"),
     lambda s: s.replace("0 90 0", " 0   90\t0"), lambda s: s.replace("Xposition", "XPOSITION")])
 def test_oddities_are_read_right(tmp_path, change):
     path = tmp_path / "a clip.bvh"
@@ -59,7 +63,8 @@ def test_oddities_are_read_right(tmp_path, change):
     ("OFFSET 0 0 0", "OFFSET 0 0", 5, "a finite number"),
     ("OFFSET 1 2.5 -3e-1", "OFFSET 1 nan 0", 8, "a finite number"),
     ("CHANNELS 3 Yrotation", "CHANNELS 3 Wrotation", 9, "a channel"),
-    ("CHANNELS 3 Yrotation Xrotation", "CHANNELS 3 Yrotation Yrotation", 9, "a channel not listed before"),
+    ("CHANNELS 3 Yrotation Xrotation", "CHANNELS 3 Yrotation Yrotation", 9,
+     "a channel not listed before"),
     ("CHANNELS 3", "CHANNELS three", 9, "a number of channels"),
     ("JOINT Left Arm", "BONE Left Arm", 6, "JOINT, End Site or }"),
     ("JOINT Left Arm", "JOINT Hips", 6, "a name of its own"),
@@ -87,7 +92,9 @@ def test_malformed_files_are_refused_with_file_and_line(tmp_path, old, new, line
     assert needed in str(caught.value)
 
 
-@pytest.mark.parametrize("content", [b"", b"  \n", bytes(range(256)), b"\x89PNG\r\n\x1a\n", SMALL.encode("utf-16")])
+@pytest.mark.parametrize("content",
+                         [b"", b"  \n", bytes(range(256)), b"\x89PNG\r\n\x1a\n",
+                          SMALL.encode("utf-16")])
 def test_what_is_no_bvh_is_refused(tmp_path, content):
     path = tmp_path / "no.bvh"
     path.write_bytes(content)
@@ -112,10 +119,12 @@ def test_a_failed_write_leaves_the_old_file(tmp_path):
     assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
 
 
-names = st.lists(st.text("abc_ :-é", min_size=1, max_size=8).map(lambda s: " ".join(s.split())).filter(bool), min_size=1, max_size=6,
-                 unique=True)
+names = st.lists(st.text("abc_ :-é", min_size=1,
+                         max_size=8).map(lambda s: " ".join(s.split())).filter(bool), min_size=1,
+                 max_size=6, unique=True)
 finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
-channel_lists = st.lists(st.sampled_from(bvh.POSITION_CHANNELS + bvh.ROTATION_CHANNELS), unique=True, max_size=6).map(tuple)
+channel_lists = st.lists(st.sampled_from(bvh.POSITION_CHANNELS + bvh.ROTATION_CHANNELS),
+                         unique=True, max_size=6).map(tuple)
 
 
 @st.composite
@@ -126,11 +135,13 @@ def clips(draw):
         while j and joints[ancestors[-1]].parent >= 0:
             ancestors.append(joints[ancestors[-1]].parent)
         offset = st.tuples(finite, finite, finite)
-        joints.append(Joint(name, draw(st.sampled_from(ancestors)), draw(offset), draw(channel_lists), draw(st.none() | offset)))
+        joints.append(Joint(name, draw(st.sampled_from(ancestors)), draw(offset),
+                            draw(channel_lists), draw(st.none() | offset)))
     width = sum(len(joint.channels) for joint in joints)
     frames = draw(st.integers(1, 4))
     values = draw(st.lists(finite, min_size=frames * width, max_size=frames * width))
-    return Clip(tuple(joints), draw(st.floats(1e-4, 10)), np.array(values, dtype=float).reshape(frames, width))
+    return Clip(tuple(joints), draw(st.floats(1e-4, 10)),
+                np.array(values, dtype=float).reshape(frames, width))
 
 
 @given(clips().filter(lambda clip: any(joint.channels for joint in clip.joints)))
@@ -150,16 +161,21 @@ def test_ten_thousand_nested_joints():
 def test_no_exponent_is_written():
     clip = bvh.parse_bvh(SMALL)
     tiny = Clip(clip.joints, clip.frame_time, np.full_like(clip.values, 5.1e-17))
-    assert "e" not in bvh.format_bvh(tiny).split("MOTION")[1].replace("Frame Time", "").replace("Frames", "")
+    numbers = bvh.format_bvh(tiny).split("MOTION")[1]
+    assert "e" not in numbers.replace("Frame Time", "").replace("Frames", "")
 
 
-@pytest.mark.parametrize("change", [{"name": "a  b"}, {"name": " a"}, {"name": "a\tb"}, {"name": "a\nb"}, {"name": ""}, {"name": "a{b"}, {"name": "a}"},
-                                    {"name": "Hips"}, {"offset": (np.nan, 0, 0)}, {"offset": (np.inf, 0, 0)}, {"channels": ("Xrotation",) * 3},
+@pytest.mark.parametrize("change",
+                         [{"name": "a  b"}, {"name": " a"}, {"name": "a\tb"}, {"name": "a\nb"},
+                          {"name": ""}, {"name": "a{b"}, {"name": "a}"},
+                                    {"name": "Hips"}, {"offset": (np.nan, 0, 0)},
+                          {"offset": (np.inf, 0, 0)}, {"channels": ("Xrotation",) * 3},
                                     {"channels": ("Wrotation", "Xrotation", "Yrotation")}], ids=str)
 def test_a_clip_that_would_be_read_back_as_another_is_not_written(change, tmp_path):
     from dataclasses import replace
     clip = synthetic.make_clip(seconds=0.1).clip
-    odd = replace(clip, joints=(*clip.joints[:1], replace(clip.joints[1], **change), *clip.joints[2:]))
+    odd = replace(clip, joints=(*clip.joints[:1], replace(clip.joints[1], **change),
+                                *clip.joints[2:]))
     (tmp_path / "a.bvh").write_text("old")
     with pytest.raises(bvh.BVHError, match="^clip"):
         bvh.write_bvh(tmp_path / "a.bvh", odd)
@@ -170,4 +186,5 @@ def test_a_clip_that_would_be_read_back_as_another_is_not_written(change, tmp_pa
 def test_a_frame_time_that_no_reader_takes_is_not_written(time, tmp_path):
     from dataclasses import replace
     with pytest.raises(bvh.BVHError, match="^clip"):
-        bvh.write_bvh(tmp_path / "a.bvh", replace(synthetic.make_clip(seconds=0.1).clip, frame_time=time))
+        bvh.write_bvh(tmp_path / "a.bvh",
+                      replace(synthetic.make_clip(seconds=0.1).clip, frame_time=time))

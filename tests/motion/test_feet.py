@@ -26,7 +26,8 @@ def test_a_skate_of_ten_centimetres_a_second_measures_ten(fps):
     assert feet.foot_skate(positions, contacts, fps=fps) == pytest.approx(10.0)
 
 
-def test_skate_is_the_mean_over_planted_steps_of_all_feet_and_a_label_covers_the_step_that_follows():
+def test_skate_is_the_mean_over_planted_steps_of_all_feet_and_a_label_covers_the_step_that_follows(
+    ):
     positions, contacts = standing(4), np.zeros((4, 4), bool)
     positions[2:, FEET[0], 0] += 1.0                                     # between frames 1 and 2
     contacts[1, 0] = contacts[1, 3] = True
@@ -35,7 +36,8 @@ def test_skate_is_the_mean_over_planted_steps_of_all_feet_and_a_label_covers_the
     contacts[2:, 0] = True
     assert feet.foot_skate(positions, contacts) == 0.0
     contacts[:] = False
-    contacts[3] = True                                                   # no step follows the last frame
+    # no step follows the last frame
+    contacts[3] = True
     assert np.isnan(feet.foot_skate(positions, contacts))
 
 
@@ -45,7 +47,8 @@ def test_penetration_is_the_deepest_foot_of_each_frame():
     positions[1, FEET[2], 1], positions[1, FEET[3], 1], positions[3, FEET[0], 1] = 3.0, 4.0, 1.0
     assert feet.floor_penetration(positions, 5.0) == pytest.approx((1.5, 4.0))
     assert feet.floor_penetration(positions, 0.0) == (0.0, 0.0)
-    assert feet.floor_penetration(positions, 0.0, heel_height=2.0, toe_height=4.5) == pytest.approx(((0.5 + 0.0) / 4 + 0.25, 1.0))
+    assert feet.floor_penetration(positions, 0.0, heel_height=2.0,
+                                  toe_height=4.5) == pytest.approx(((0.5 + 0.0) / 4 + 0.25, 1.0))
 
 
 def test_jerk_of_a_cubic_is_its_third_derivative():
@@ -57,10 +60,14 @@ def test_jerk_of_a_cubic_is_its_third_derivative():
 
 
 @pytest.mark.parametrize("call, message", [
-    (lambda: feet.foot_skate(np.zeros((5, 20, 3)), np.zeros((5, 4))), r"positions: found shape \(5, 20, 3\), needed \(frames, 21, 3\)"),
-    (lambda: feet.foot_skate(standing(5) * np.nan, np.zeros((5, 4))), "positions: found .*nan.* in frame 0, joint 0"),
-    (lambda: feet.foot_skate(standing(5), np.zeros((4, 4))), r"contacts: found shape \(4, 4\), needed \(5, 4\)"),
-    (lambda: feet.foot_skate(standing(5), np.full((5, 4), 0.5)), "contacts: found 0.5, needed labels 0 and 1")])
+    (lambda: feet.foot_skate(np.zeros((5, 20, 3)), np.zeros((5, 4))),
+     r"positions: found shape \(5, 20, 3\), needed \(frames, 21, 3\)"),
+    (lambda: feet.foot_skate(standing(5) * np.nan, np.zeros((5, 4))),
+     "positions: found .*nan.* in frame 0, joint 0"),
+    (lambda: feet.foot_skate(standing(5), np.zeros((4, 4))),
+     r"contacts: found shape \(4, 4\), needed \(5, 4\)"),
+    (lambda: feet.foot_skate(standing(5), np.full((5, 4), 0.5)),
+     "contacts: found 0.5, needed labels 0 and 1")])
 def test_what_cannot_be_measured_is_named(call, message):
     with pytest.raises(ValueError, match=message):
         call()
@@ -92,5 +99,6 @@ def test_contacts_need_slowness_and_lowness():
     high = motion.copy()
     high[:, FEET[3], 1] += 8.0
     assert not feet.foot_contacts(high)[:, 3].any()
-    for unit in (0.01, 5.4, 100):                                # the thresholds scale with the character
+    # the thresholds scale with the character
+    for unit in (0.01, 5.4, 100):
         np.testing.assert_array_equal(feet.foot_contacts(fast * unit), feet.foot_contacts(fast))

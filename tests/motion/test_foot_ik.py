@@ -29,10 +29,12 @@ def test_a_reachable_target_is_reached_exactly_with_the_knee_on_its_side(seed, t
     hip, direction, bend = vectors(seed, 3)
     distance = abs(thigh - shin) + share * (thigh + shin - abs(thigh - shin))
     ankle = hip + distance * direction / np.linalg.norm(direction)
-    knee = foot_ik.two_bone(hip[None], ankle[None], np.array([thigh]), np.array([shin]), bend[None])[0]
+    knee = foot_ik.two_bone(hip[None], ankle[None], np.array([thigh]), np.array([shin]),
+                            bend[None])[0]
     size = thigh + shin
     assert abs(np.linalg.norm(knee - hip) - thigh) < 1e-12 * size
-    assert abs(np.linalg.norm(ankle - knee) - shin) < 1e-7 * size             # at the ends of its reach half of the digits
+    # at the ends of its reach half of the digits
+    assert abs(np.linalg.norm(ankle - knee) - shin) < 1e-7 * size
     u = direction / np.linalg.norm(direction)
     assert (knee - hip) @ (bend - bend @ u * u) > -1e-12 * size
 
@@ -46,7 +48,8 @@ def test_no_bone_ever_stretches(walk, seed, frames, floor, blend):
     planted = foot_ik.lock_feet(positions, contacts, floor, blend=blend)
     assert np.isfinite(planted).all()
     np.testing.assert_allclose(lengths(planted), lengths(positions), rtol=1e-9)
-    above = [j for j in range(21) if j not in np.ravel(LEGS) or j in (SLOT["LeftUpLeg"], SLOT["RightUpLeg"])]
+    above = [j for j in range(21) if j not in np.ravel(LEGS)
+             or j in (SLOT["LeftUpLeg"], SLOT["RightUpLeg"])]
     np.testing.assert_array_equal(planted[:, above][..., [0, 2]], positions[:, above][..., [0, 2]])
     assert (planted[:, above, 1] <= positions[:, above, 1]).all()
 
@@ -66,9 +69,12 @@ def test_planted_feet_do_not_slide_nor_sink_nor_pop(walk, speed):
     assert before > abs(speed) * 0.7
     planted = foot_ik.lock_feet(positions, walk.contacts, walk.start.floor)
     assert foot_skate(planted, walk.contacts) < 1e-9
-    assert floor_penetration(positions, walk.start.floor)[1] > 0.5 and floor_penetration(planted, walk.start.floor)[1] < 1e-9
-    assert jerk(planted) < 3.0 * jerk(walk.positions)                     # a lock begins within a frame; without blending some 6 times
-    np.testing.assert_allclose(foot_ik.lock_feet(planted, walk.contacts, walk.start.floor), planted, atol=1e-4)
+    assert (floor_penetration(positions, walk.start.floor)[1] > 0.5
+            and floor_penetration(planted, walk.start.floor)[1] < 1e-9)
+    # a lock begins within a frame; without blending some 6 times
+    assert jerk(planted) < 3.0 * jerk(walk.positions)
+    np.testing.assert_allclose(foot_ik.lock_feet(planted, walk.contacts, walk.start.floor), planted,
+                               atol=1e-4)
 
 
 def test_without_labels_and_above_the_floor_nothing_moves(walk):
@@ -85,10 +91,12 @@ def test_a_toe_that_is_not_planted_is_lifted_out_of_the_floor(walk):
 def test_a_body_too_far_away_sinks_smoothly_and_reaches(walk):
     contacts = np.ones((120, 4), bool)
     positions = np.repeat(walk.positions[[20]], 120, axis=0)
-    positions[60:90, :, 1] += 6.0                                        # it jumps, and its feet shall stay
+    # it jumps, and its feet shall stay
+    positions[60:90, :, 1] += 6.0
     planted = foot_ik.lock_feet(positions, contacts, walk.start.floor)
     down = positions[:, 0, 1] - planted[:, 0, 1]
-    assert foot_skate(planted, contacts) < 1e-9 and np.abs(np.diff(planted[:, FEET, 1], axis=0)).max() < 1e-9
+    assert (foot_skate(planted, contacts) < 1e-9
+            and np.abs(np.diff(planted[:, FEET, 1], axis=0)).max() < 1e-9)
     assert down[70] > 3.0 and down[0] < down[70] and np.abs(np.diff(down)).max() < 0.6
 
 
@@ -97,8 +105,10 @@ def test_a_point_that_no_leg_reaches_is_approached(walk):
     positions[..., 2] += np.linspace(0, 3000.0, len(positions))[:, None]
     planted = foot_ik.lock_feet(positions, np.ones_like(walk.contacts), walk.start.floor)
     for hip, knee, ankle, _ in LEGS:
-        leg = lengths(positions)[[b == (hip, knee) or b == (knee, ankle) for b in BONES]].sum(axis=0)
-        assert (np.linalg.norm(planted[:, ankle] - planted[:, hip], axis=1) <= leg * (1 + 1e-12)).all()
+        leg = lengths(positions)[[b == (hip, knee) or b == (knee, ankle)
+                                  for b in BONES]].sum(axis=0)
+        assert (np.linalg.norm(planted[:, ankle] - planted[:, hip], axis=1)
+                <= leg * (1 + 1e-12)).all()
 
 
 def test_an_ankle_and_a_toe_that_meet_are_one_foot_apart():
@@ -106,15 +116,17 @@ def test_an_ankle_and_a_toe_that_meet_are_one_foot_apart():
     ankle = rng.normal([0, 10, 0], 1.0, (40, 3))
     toe = ankle + [3.0, -8.0, 12.0] + rng.normal(0, 0.3, (40, 3))
     contacts = np.zeros((40, 2), bool)
-    contacts[5:15, 0], contacts[10:25, 1], contacts[20:30, 0], contacts[34:36, 1] = True, True, True, True
+    contacts[5:15, 0] = contacts[20:30, 0] = contacts[10:25, 1] = contacts[34:36, 1] = True
     a, b = foot_ik.locks(ankle, toe, contacts, 0.0)
     both = ~np.isnan(a[:, 0]) & ~np.isnan(b[:, 0])
     assert both[10:16].all() and both[20:26].all() and both.sum() > 12
-    np.testing.assert_allclose(np.linalg.norm(b - a, axis=1)[both], np.median(np.linalg.norm(toe - ankle, axis=1)), rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(b - a, axis=1)[both],
+                               np.median(np.linalg.norm(toe - ankle, axis=1)), rtol=1e-12)
     assert (np.diff(a[5:16], axis=0) == 0).all() and (np.diff(b[10:26], axis=0) == 0).all()
 
 
 @pytest.mark.parametrize("blend", [0, 1.5, True, -3])
 def test_a_blend_that_cannot_be_is_named(walk, blend):
-    with pytest.raises(ValueError, match="blend: found .*, needed a whole number of frames from 1 on"):
+    with pytest.raises(ValueError,
+                       match="blend: found .*, needed a whole number of frames from 1 on"):
         foot_ik.lock_feet(walk.positions, walk.contacts, blend=blend)

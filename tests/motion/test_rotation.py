@@ -27,14 +27,16 @@ def test_euler_agrees_with_scipy(order, values):
 @given(angles)
 def test_euler_round_trip(order, values):
     R = rotation.euler_to_matrix(values, order)
-    np.testing.assert_allclose(rotation.euler_to_matrix(rotation.matrix_to_euler(R, order), order), R, atol=1e-8)
+    np.testing.assert_allclose(rotation.euler_to_matrix(rotation.matrix_to_euler(R, order), order),
+                               R, atol=1e-8)
 
 
 @pytest.mark.parametrize("order", ORDERS)
 @pytest.mark.parametrize("pole", [np.pi / 2, -np.pi / 2])
 def test_euler_at_the_gimbal_pole(order, pole):
     R = rotation.euler_to_matrix([0.3, pole, -1.1], order)
-    np.testing.assert_allclose(rotation.euler_to_matrix(rotation.matrix_to_euler(R, order), order), R, atol=1e-12)
+    np.testing.assert_allclose(rotation.euler_to_matrix(rotation.matrix_to_euler(R, order), order),
+                               R, atol=1e-12)
 
 
 def test_repeated_axes_are_refused():
@@ -68,7 +70,8 @@ def test_shortest_rotation(a, b):
     np.testing.assert_allclose(np.linalg.det(R), 1, atol=1e-9)
     big = (np.linalg.norm(a, axis=1) > 1e-6) & (np.linalg.norm(b, axis=1) > 1e-6)
     turned = (R @ a[..., None])[..., 0]
-    cosine = np.sum(turned * b, axis=1)[big] / np.linalg.norm(a, axis=1)[big] / np.linalg.norm(b, axis=1)[big]
+    cosine = (np.sum(turned * b, axis=1)[big] / np.linalg.norm(a, axis=1)[big]
+              / np.linalg.norm(b, axis=1)[big])
     np.testing.assert_allclose(cosine, 1, atol=1e-9)
 
 
@@ -92,7 +95,8 @@ def test_best_rotation_never_mirrors():
 
 def test_slerp_is_halfway_at_one_half():
     R0, R1 = rotation.exp_map([0, 0.2, 0]), rotation.exp_map([0, 1.0, 0])
-    np.testing.assert_allclose(rotation.slerp(R0, R1, 0.5), rotation.exp_map([0, 0.6, 0]), atol=1e-14)
+    np.testing.assert_allclose(rotation.slerp(R0, R1, 0.5), rotation.exp_map([0, 0.6, 0]),
+                               atol=1e-14)
     np.testing.assert_allclose(rotation.slerp(R0, R1, 0.0), R0, atol=1e-14)
     np.testing.assert_allclose(rotation.slerp(R0, R1, 1.0), R1, atol=1e-14)
 

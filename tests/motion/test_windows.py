@@ -18,7 +18,8 @@ def test_the_2016_normaliser_is_the_authors(witness):
             padded[:before, 66:69] = padded[before + len(rows):, 66:69] = 0
             cut.append(padded)
     rows = np.concatenate(cut)
-    features = np.concatenate([rows[:, 3:66], rows[:, [68, 67, 66]]], axis=1)            # turning (its sign is no matter), forward, sideways
+    # turning (its sign is no matter), forward, sideways
+    features = np.concatenate([rows[:, 3:66], rows[:, [68, 67, 66]]], axis=1)
     found = windows.fit_normaliser(features, "witness", contacts=rows[:, 69:], form="2016")
     needed = np.concatenate([data["Xstd"][3:66], data["Xstd"][[68, 67, 66]]])
     np.testing.assert_allclose(found.deviation, needed, rtol=1e-9)
@@ -34,7 +35,8 @@ def test_forms_of_a_normaliser():
     with pytest.raises(ValueError, match=r"contacts: found shape \(\), needed \(40, 4\)"):
         windows.fit_normaliser(features, "x", form="2016")
     found = windows.fit_normaliser(features, "x", contacts=np.zeros((40, 4)), form="2016")
-    assert found.form == "2016" and len(set(found.deviation[F.POSITIONS])) == 2 and (found.mean[F.VELOCITIES] == 0).all()
+    assert (found.form == "2016" and len(set(found.deviation[F.POSITIONS])) == 2
+            and (found.mean[F.VELOCITIES] == 0).all())
 
 
 def test_windows_of_a_long_clip_cover_it():

@@ -14,7 +14,8 @@ from refimpl.motion import rotation
 from refimpl.fast import conv as tiled
 from refimpl.torresani2006 import pca, regress
 
-ORDERS = {"as made": lambda a: a, "channels last": lambda a: np.ascontiguousarray(a.swapaxes(1, 2)).swapaxes(1, 2),
+ORDERS = {"as made": lambda a: a,
+          "channels last": lambda a: np.ascontiguousarray(a.swapaxes(1, 2)).swapaxes(1, 2),
           "Fortran": np.asfortranarray}
 
 
@@ -22,20 +23,25 @@ ORDERS = {"as made": lambda a: a, "channels last": lambda a: np.ascontiguousarra
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_a_bias_gradient_of_many_windows_is_right_in_every_memory_order(order):
-    """592 windows of 240 frames, the paper's training set, of 0.1: running float32 sums were off by 1.3e-3."""
+    """592 windows of 240 frames, the paper's training set, of 0.1: running float32 sums were off by
+    1.3e-3.
+    """
     dy = ORDERS[order](np.full((592, 66, 240), 0.1, np.float32))
-    x, w, b = np.zeros((592, 1, 240), np.float32), np.zeros((66, 1, 1), np.float32), np.zeros(66, np.float32)
+    x, w, b = (np.zeros((592, 1, 240), np.float32), np.zeros((66, 1, 1), np.float32),
+               np.zeros(66, np.float32))
     wanted = float(np.float32(0.1)) * 592 * 240
     for convolution in (nn, tiled):
         db = convolution.conv1d_backward(dy, x, w, b)[2]
         assert db.dtype == np.float32 and np.abs(db / wanted - 1).max() <= 1e-6
-    db = nn.conv_transpose1d_backward(dy, np.zeros((592, 1, 240), np.float32), w.swapaxes(0, 1), b)[2]
+    db = nn.conv_transpose1d_backward(dy, np.zeros((592, 1, 240), np.float32), w.swapaxes(0, 1),
+                                      b)[2]
     assert np.abs(db / wanted - 1).max() <= 1e-6
 
 
 def test_twenty_million_clips_of_one_frame():
     dy = np.ones((20_000_000, 1, 1), np.float32)
-    db = nn.conv1d_backward(dy, np.zeros_like(dy), np.zeros((1, 1, 1), np.float32), np.zeros(1, np.float32))[2]
+    db = nn.conv1d_backward(dy, np.zeros_like(dy), np.zeros((1, 1, 1), np.float32),
+                            np.zeros(1, np.float32))[2]
     assert db[0] == 20_000_000
 
 
@@ -43,7 +49,8 @@ def test_twenty_million_clips_of_one_frame():
 def test_measures_of_many_elements_in_every_memory_order(function):
     r = np.full((2, 500, 800), 0.1, np.float32)
     square = Fraction(float(np.float32(0.1))) ** 2
-    wanted = {nn.sum_squares: float(square * 400_000), nn.mean_squares: float(square), nn.norm: float(square * 400_000) ** 0.5}[function]
+    wanted = {nn.sum_squares: float(square * 400_000), nn.mean_squares: float(square),
+              nn.norm: float(square * 400_000) ** 0.5}[function]
     for order in ORDERS.values():
         assert np.abs(function(order(r)) / wanted - 1).max() <= 1e-6
 
@@ -59,19 +66,23 @@ def test_windows_of_a_hundred_thousand_frames():
 @pytest.mark.parametrize("dtype, large", [(np.float32, 3e38), (np.float64, 1.7e308)])
 def test_a_gradient_of_a_norm_too_large_for_its_precision(dtype, large):
     r = np.full((1, 3), large, dtype)
-    np.testing.assert_allclose(nn.norm_backward(np.ones(1, dtype), r), np.full((1, 3), 3 ** -0.5), rtol=1e-6)
+    np.testing.assert_allclose(nn.norm_backward(np.ones(1, dtype), r), np.full((1, 3), 3 ** -0.5),
+                               rtol=1e-6)
     tiny = np.full((1, 4), np.finfo(dtype).tiny, dtype)
     assert nn.norm(tiny)[0] == 2 * np.finfo(dtype).tiny
 
 
-@pytest.mark.parametrize("dtype, value, square", [(np.float32, 1.2e19, 1.44e38), (np.float64, 1.3e154, 1.69e308)])
+@pytest.mark.parametrize("dtype, value, square",
+                         [(np.float32, 1.2e19, 1.44e38), (np.float64, 1.3e154, 1.69e308)])
 def test_means_that_can_be_held_are_held(dtype, value, square):
     r, zero = np.full((1, 100), value, dtype), np.zeros((1, 100), dtype)
     np.testing.assert_allclose(nn.mean_squares(r), [square], rtol=1e-6)
     np.testing.assert_allclose(nn.squared_error(r, zero), square, rtol=1e-6)
-    np.testing.assert_allclose(nn.squared_error_backward(1.0, r, zero)[0], np.full((1, 100), 2 * value / 100), rtol=1e-6)
+    np.testing.assert_allclose(nn.squared_error_backward(1.0, r, zero)[0],
+                               np.full((1, 100), 2 * value / 100), rtol=1e-6)
     most = np.full((1, 1, 4), np.finfo(dtype).max)
-    assert (nn.avg_pool1d(most) == most.max()).all() and nn.absolute_error(most, np.zeros_like(most)) == most.max()
+    assert ((nn.avg_pool1d(most) == most.max()).all()
+            and nn.absolute_error(most, np.zeros_like(most)) == most.max())
 
 
 @pytest.mark.parametrize("size", [1e-22, 1e25])
@@ -79,7 +90,8 @@ def test_the_direction_of_a_bone_of_any_length(size):
     motion = np.zeros((1, 66, 1), np.float32)
     joints = losses.joint_positions(motion)
     joints[0, 1:, 1, 0] = np.arange(1, 21) * np.float32(size)
-    d = losses.bone_loss_backward(np.full(1, 1e-30, np.float32) if size > 1 else np.ones(1, np.float32), motion,
+    d = losses.bone_loss_backward(np.full(1, 1e-30, np.float32) if size > 1
+                                  else np.ones(1, np.float32), motion,
                                   np.full(20, 1.0 if size < 1 else 0.0))
     assert np.isfinite(d).all() and np.abs(losses.joint_positions(d)[0, :, 1]).max() > 0
     assert np.abs(losses.joint_positions(d)[0, :, [0, 2]]).max() == 0
@@ -91,7 +103,8 @@ def test_adam_recovers_from_the_largest_gradients():
         params = {"w": np.zeros(1, dtype)}
         state = nn.adam_start(params)
         params, state = nn.adam_step(params, {"w": np.full(1, g, dtype)}, state)
-        np.testing.assert_allclose(params["w"], [-1e-3], rtol=1e-5)      # the first step is the rate, whatever the size
+        # the first step is the rate, whatever the size
+        np.testing.assert_allclose(params["w"], [-1e-3], rtol=1e-5)
         for _ in range(3):
             params, state = nn.adam_step(params, {"w": np.ones(1, dtype)}, state)
         assert np.isfinite(state["v"]["w"]).all() and -0.0027 < params["w"][0] < -0.0025
@@ -106,7 +119,8 @@ def test_a_count_of_steps_that_is_none(t):
 
 def test_small_whole_numbers_of_numpy_do_not_wrap():
     params = {"w": np.zeros(1)}
-    _, state = nn.adam_step(params, {"w": np.ones(1)}, {**nn.adam_start(params), "t": np.uint8(255)})
+    _, state = nn.adam_step(params, {"w": np.ones(1)},
+                            {**nn.adam_start(params), "t": np.uint8(255)})
     assert state["t"] == 256
     x = np.ones((1, 1, 400))
     assert nn.max_pool1d(x, np.uint64(2), padding=np.uint64(1)).shape == (1, 1, 201)
@@ -116,10 +130,14 @@ def test_small_whole_numbers_of_numpy_do_not_wrap():
 @pytest.mark.parametrize("value", [2 ** 63, 10 ** 30])
 def test_whole_numbers_beyond_every_index_are_refused_by_name(value):
     x, w = np.ones((1, 1, 9)), np.ones((1, 1, 3))
-    for name, call in (("width", lambda v: nn.max_pool1d(x, v)), ("stride", lambda v: nn.max_pool1d(x, 2, stride=v)),
-                       ("dilation", lambda v: nn.max_pool1d(x, 1, dilation=v)), ("width", lambda v: nn.avg_depool1d(x, v)),
-                       ("stride", lambda v: nn.conv1d(x, w, stride=v, padding=0)), ("dilation", lambda v: nn.conv1d(x, w, dilation=v)),
-                       ("padding", lambda v: nn.conv1d(x, w, padding=v)), ("padding", lambda v: nn.conv1d(x, w, padding=(0, v)))):
+    for name, call in (("width", lambda v: nn.max_pool1d(x, v)),
+                       ("stride", lambda v: nn.max_pool1d(x, 2, stride=v)),
+                       ("dilation", lambda v: nn.max_pool1d(x, 1, dilation=v)),
+                       ("width", lambda v: nn.avg_depool1d(x, v)),
+                       ("stride", lambda v: nn.conv1d(x, w, stride=v, padding=0)),
+                       ("dilation", lambda v: nn.conv1d(x, w, dilation=v)),
+                       ("padding", lambda v: nn.conv1d(x, w, padding=v)),
+                       ("padding", lambda v: nn.conv1d(x, w, padding=(0, v)))):
         with pytest.raises(ValueError, match=f"^{name}: found"):
             call(value)
 
@@ -160,8 +178,10 @@ def test_how_loud_frames_drown_quiet_ones_is_as_the_docstring_of_tiled_says():
         w = rng.standard_normal((8, 8, 25)).astype(np.float32)
         x[..., 32:] *= np.float32(ratio)
         wanted = nn.conv1d(x.astype(float), w.astype(float))
-        quiet = wanted[..., :18]                                  # no loud frame within their filters' reach
-        off = [np.abs(f(x, w)[..., :18] - quiet).max() / np.abs(quiet).max() for f in (tiled.conv1d, nn.conv1d)]
+        # no loud frame within their filters' reach
+        quiet = wanted[..., :18]
+        off = [np.abs(f(x, w)[..., :18] - quiet).max() / np.abs(quiet).max()
+               for f in (tiled.conv1d, nn.conv1d)]
         assert least < off[0] < most and off[1] < 1e-6
 
 
@@ -182,7 +202,8 @@ def test_the_gaussian_kernel_of_points_far_from_zero():
 def test_the_sign_of_a_component_at_a_tie_is_no_matter_of_rounding():
     signs = set()
     for s in np.random.default_rng(0).uniform(0.1, 10, 400):
-        fitted = pca.fit_pca([s * np.array([[0.0, 0], [1, -1], [2, -2]]) * (k + 1) + 0.1 for k in range(3)], 1, 3)
+        fitted = pca.fit_pca([s * np.array([[0.0, 0], [1, -1], [2, -2]]) * (k + 1) + 0.1
+                              for k in range(3)], 1, 3)
         signs.add(tuple(np.sign(np.round(fitted.basis[0], 6))))
     assert len(signs) == 1
 
@@ -191,7 +212,8 @@ def test_components_that_are_rounding_noise_are_refused():
     rng = np.random.default_rng(0)
     sequences = [rng.standard_normal((5, 2)) for _ in range(3)]
     assert pca.fit_pca(sequences, 2, 5).basis.shape == (2, 10)
-    for few in (sequences, [*sequences, sequences[0], sequences[1]]):         # copies add no direction
+    # copies add no direction
+    for few in (sequences, [*sequences, sequences[0], sequences[1]]):
         with pytest.raises(regress.RegressError, match="^components: found 3, needed 1 to 2"):
             pca.fit_pca(few, 3, 5)
 
@@ -200,13 +222,16 @@ def test_ridge_of_columns_that_are_large_or_nearly_equal():
     Z = np.array([[1 + 1e-9, 1 - 1e-9], [1, 1], [1 - 1e-9, 1 + 1e-9]])
     Y, ridge = np.array([1.0, 2.0, 3.0]), Fraction(1, 10 ** 12)
     z, y = [[Fraction(float(v)) for v in row] for row in Z], [Fraction(v) for v in (1, 2, 3)]
-    a, b, d = (sum(r[i] * r[j] for r in z) + (ridge if i == j else 0) for i, j in ((0, 0), (0, 1), (1, 1)))
+    a, b, d = (sum(r[i] * r[j] for r in z) + (ridge if i == j else 0) for i,
+               j in ((0, 0), (0, 1), (1, 1)))
     u, v = (sum(r[i] * t for r, t in zip(z, y)) for i in (0, 1))
     wanted = [float((d * u - b * v) / (a * d - b * b)), float((a * v - b * u) / (a * d - b * b))]
-    np.testing.assert_allclose(regress.linear_ridge(Z, Y, 1e-12), wanted, rtol=1e-5)      # the normal equations: 1e-3
+    # the normal equations: 1e-3
+    np.testing.assert_allclose(regress.linear_ridge(Z, Y, 1e-12), wanted, rtol=1e-5)
     large = 1e10 * np.array([[1.0, 1.0], [2.0, 2.0], [3.0, 3.0]])
     assert np.isfinite(regress.linear_ridge(large, Y, 1e-3)).all()
-    with pytest.raises(regress.RegressError, match="^ridge: found lambda 1e-10 beside kernel values"):
+    with pytest.raises(regress.RegressError,
+                       match="^ridge: found lambda 1e-10 beside kernel values"):
         regress.kernel_ridge(np.full((2, 2), 1e10), np.ones(2), 1e-10)
 
 

@@ -7,7 +7,9 @@ from refimpl import nn
 from refimpl.nn.arguments import check_arrays
 
 
-@pytest.mark.parametrize("number", [2, 2.0, np.int32(2), np.uint8(2), np.float32(2), np.array(2), np.array(2, np.uint16)], ids=repr)
+@pytest.mark.parametrize("number",
+                         [2, 2.0, np.int32(2), np.uint8(2), np.float32(2), np.array(2),
+                          np.array(2, np.uint16)], ids=repr)
 def test_the_upstream_gradient_of_a_scalar_may_be_any_number(number):
     r = np.array([[1.0, -2.0, 0.5]])
     np.testing.assert_array_equal(nn.l1_backward(number, r), 2.0 * np.sign(r))

@@ -1,4 +1,6 @@
-"""The judge itself: what passes, what is open, what fails and what the message says; and the motion that notebooks show."""
+"""The judge itself: what passes, what is open, what fails and what the message says; and the motion
+that notebooks show.
+"""
 
 import numpy as np
 import pytest
@@ -32,13 +34,16 @@ def judge(mine, own=filters, wrt="w"):
 def test_a_right_gradient_is_returned_and_shown(capsys):
     assert judge(filters) is filters
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].split(" | ")[:4] == ["name   ", "exact", "approximate", "max difference"] and lines[-1] == "passed"
-    assert "complex step, 60 of 60 elements" in lines[1] and "the package's own function" in lines[2]
+    assert (lines[0].split(" | ")[:4] == ["name   ", "exact", "approximate", "max difference"]
+            and lines[-1] == "passed")
+    assert ("complex step, 60 of 60 elements" in lines[1] and "the package's own function"
+            in lines[2])
 
 
 def test_several_gradients_at_once(capsys):
     assert judge(gradients, gradients, None) is gradients
-    assert [line.split(",")[0] for line in capsys.readouterr().out.splitlines()[1:-1]] == ["dx", "dw", "db"] * 2
+    assert ([line.split(",")[0] for line in capsys.readouterr().out.splitlines()[1:-1]]
+            == ["dx", "dw", "db"] * 2)
     with pytest.raises(AssertionError, match="db"):
         judge(lambda *a: (*gradients(*a)[:2], 2 * gradients(*a)[2]), gradients, None)
 
@@ -54,7 +59,8 @@ def test_the_worst_element_is_named(capsys):
         dw[3, 1, 4] += 0.5
         dw[0, 0, 0] += 0.1
         return dw
-    with pytest.raises(AssertionError, match=r"mine, odd: dw\[3, 1, 4\]: found .* 2 of 60 elements are wrong"):
+    with pytest.raises(AssertionError,
+                       match=r"mine, odd: dw\[3, 1, 4\]: found .* 2 of 60 elements are wrong"):
         judge(mine)
     assert "passed" not in capsys.readouterr().out
 
@@ -87,9 +93,11 @@ def test_at_kinks_the_rule_decides():
         return lambda dy, x: np.where(x > 0, dy, np.where(x == 0, value * dy, 0.0))
     for value in (1.0, 0.5):
         rule = at_zero(value)
-        assert attempt(rule, nn.relu_backward, {"random": (X,)}, f=nn.relu) is rule                # away from the kink any rule will do
+        # away from the kink any rule will do
+        assert attempt(rule, nn.relu_backward, {"random": (X,)}, f=nn.relu) is rule
         with pytest.raises(AssertionError, match="at 0.*own function"):
-            attempt(rule, nn.relu_backward, {"random": (X,)}, f=nn.relu, kinks={"at 0": (np.round(X),)})
+            attempt(rule, nn.relu_backward, {"random": (X,)}, f=nn.relu,
+                    kinks={"at 0": (np.round(X),)})
 
 
 def test_differences_decide_even_where_the_own_function_agrees():
@@ -112,7 +120,8 @@ def test_values_numbers_and_verdicts(capsys):
     with pytest.raises(AssertionError, match="output 1"):
         attempt(lambda a: (a, a), lambda a: (a, -a), {"a": (X,)})
     with pytest.raises(AssertionError, match="1 of 3 elements"):
-        attempt(lambda a: np.array([0, np.nan, 1]), lambda a: np.array([0, np.nan, np.nan]), {"a": (1,)})
+        attempt(lambda a: np.array([0, np.nan, 1]), lambda a: np.array([0, np.nan, np.nan]),
+                {"a": (1,)})
     attempt(lambda a: a * (1 + 1e-6), lambda a: a, {"a": (X,)}, tolerance=1e-5)
     with pytest.raises(AssertionError):
         attempt(lambda a: a * (1 + 1e-6), lambda a: a, {"a": (X,)})
@@ -137,8 +146,10 @@ def test_sample_is_a_recorded_clip_of_that_name(monkeypatch, tmp_path):
     monkeypatch.setenv("REFIMPL_MOCAP", str(tmp_path))
     take, credit = sample.sample_take("jog", "old", seconds=2.0)
     assert len(take.features) == 180 and credit == "mine_run_elderly_1"
-    assert sample.sample_take("jog", "old", seconds=4.0)[1].endswith("made by refimpl")                 # too short
-    assert sample.sample_take("walk", "old", seconds=2.0)[1].endswith("made by refimpl")                # another content
+    # too short
+    assert sample.sample_take("jog", "old", seconds=4.0)[1].endswith("made by refimpl")
+    # another content
+    assert sample.sample_take("walk", "old", seconds=2.0)[1].endswith("made by refimpl")
     monkeypatch.setenv("REFIMPL_MOCAP", str(tmp_path / "nowhere"))
     with pytest.raises(FileNotFoundError, match="nowhere"):
         sample.sample_take()

@@ -1,6 +1,8 @@
-"""The checks of the exercises, each run as the notebook has it: the answer passes, the stub is open, every wrong answer is caught.
+"""The checks of the exercises, each run as the notebook has it: the answer passes, the stub is
+open, every wrong answer is caught.
 
-The cells run in this process, without those tagged `aside`; what a check needs must not be in those.
+The cells run in this process, without those tagged `aside`; what a check needs must not be in
+those.
 """
 
 import contextlib
@@ -19,8 +21,9 @@ pytestmark = pytest.mark.filterwarnings("default")
 
 EXERCISES = [pytest.param(path, cell.exercise, id=f"{path.stem[:2]}-{cell.exercise}")
              for path in books.notebooks() for cell in books.cells(path) if cell.exercise]
-WRONG = [pytest.param(path, name, id=f"{path.stem[:2]}-{name}")
-         for path in books.notebooks() if books.wrong(path).exists() for name in books.functions(books.wrong(path)) if "__" in name]
+WRONG = [pytest.param(path, name, id=f"{path.stem[:2]}-{name}") for path in books.notebooks()
+         if books.wrong(path).exists() for name in books.functions(books.wrong(path))
+         if "__" in name]
 
 
 def run(source, names, where):
@@ -32,7 +35,9 @@ def run(source, names, where):
 
 @lru_cache(maxsize=None)
 def before_each_check(path):
-    """What a notebook knows before each exercise, all earlier ones being answered.   ->  {exercise: (names, source of the check)}"""
+    """What a notebook knows before each exercise, all earlier ones being answered.
+    ->  {exercise: (names, source of the check)}
+    """
     names, known, exercise = {"__name__": "__main__"}, {}, ""
     answers = books.solutions(path).read_text(encoding="utf-8")
     for cell in books.cells(path):
@@ -52,7 +57,9 @@ def before_each_check(path):
 
 
 def check(path, exercise, source, name):
-    """Put a function of `source` in the place of the exercise and run the notebook's check.   ->  what it printed"""
+    """Put a function of `source` in the place of the exercise and run the notebook's check.
+    ->  what it printed
+    """
     names, _, checking = before_each_check(path)[exercise]
     names = dict(names)
     run(source, names, "answer")

@@ -1,4 +1,6 @@
-"""What is kept of a notebook: source alone, in one form, with its neighbours, exercises and answers."""
+"""What is kept of a notebook: source alone, in one form, with its neighbours, exercises and
+answers.
+"""
 
 import ast
 import re
@@ -15,10 +17,13 @@ FORGOTTEN = r"(?i)\b(todo|fixme|xxx|lorem)\b"
 
 @BOOKS
 def test_form(path):
-    assert path.read_text(encoding="utf-8") == books.stored(books.read(path)), f"write it again: python -m tests.notebooks.books {path.name}"
+    assert ((path.read_text(encoding="utf-8")
+            == books.stored(books.read(
+                path)))), f"write it again: python -m tests.notebooks.books {path.name}"
     book = books.read(path)
     ids = [cell["id"] for cell in book["cells"]]
-    assert len(set(ids)) == len(ids) and all(re.fullmatch(r"[a-zA-Z0-9_-]{1,64}", name) for name in ids)
+    assert (len(set(ids)) == len(ids)
+            and all(re.fullmatch(r"[a-zA-Z0-9_-]{1,64}", name) for name in ids))
 
 
 @BOOKS
@@ -37,7 +42,8 @@ def test_name_and_length(path):
 def test_opening_and_end(path):
     first, *_, last = books.cells(path)
     number = books.ORDER.index(path.stem)
-    assert first.kind == last.kind == "markdown" and first.source.startswith(f"# {path.stem[:2]} · ")
+    assert (first.kind == last.kind == "markdown"
+            and first.source.startswith(f"# {path.stem[:2]} · "))
     assert "**You will**" in first.source and "**You need**" in first.source
     assert "## What to take along" in last.source
     for neighbour in books.ORDER[max(number - 1, 0):number] + books.ORDER[number + 1:number + 2]:
@@ -54,23 +60,30 @@ def test_code(path):
         long = [line for line in cell.source.splitlines() if len(line) > 105]
         assert not long, f"longer than the page is wide: {long}"
         for node in ast.walk(tree):
-            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module] if isinstance(node, ast.ImportFrom) else []
+            names = ([alias.name for alias in node.names] if isinstance(node, ast.Import)
+                     else [node.module] if isinstance(node, ast.ImportFrom) else [])
             assert {name.split(".")[0] for name in names} <= ALLOWED
 
 
 @BOOKS
 def test_blas_is_told_before_numpy_loads(path):
-    """Two threads on small matrices wait for each other: six seconds become forty when the machine has other work."""
+    """Two threads on small matrices wait for each other: six seconds become forty when the machine
+    has other work.
+    """
     code = [cell.source for cell in books.cells(path) if cell.kind == "code"][0]
-    assert 0 <= code.find("prefer(os.environ)") < code.find("import numpy"), "begin the first code cell as the other notebooks do"
+    assert (0 <= code.find("prefer(os.environ)")
+            < code.find("import numpy")), "begin the first code cell as the other notebooks do"
 
 
 @BOOKS
 def test_links(path):
     written = {other.stem for other in books.notebooks()}
-    for target in re.findall(r"\]\(([^)#\s]+)\)", "\n".join(cell.source for cell in books.cells(path) if cell.kind == "markdown")):
+    for target in re.findall(r"\]\(([^)#\s]+)\)",
+                             "\n".join(cell.source for cell in books.cells(path)
+                                       if cell.kind == "markdown")):
         if not target.startswith("http"):
-            assert (path.parent / target).exists() or target.removesuffix(".ipynb") in set(books.ORDER) - written, target
+            assert ((path.parent / target).exists() or target.removesuffix(".ipynb")
+                    in set(books.ORDER) - written), target
 
 
 def test_all_are_there():
@@ -86,13 +99,16 @@ def test_exercises_have_checks_answers_and_wrong_answers(path):
     if not exercises:
         assert not [cell.check for cell in found if cell.check]
         return
-    assert len(set(exercises)) == len(exercises) and [cell.check for cell in found if cell.check] == exercises
+    assert (len(set(exercises)) == len(exercises) and [cell.check for cell in found if cell.check]
+            == exercises)
     for cell, after in zip(found, found[1:]):
         if cell.exercise:
             assert after.check == cell.exercise, "the check stands right below its exercise"
-            assert "raise NotImplementedError" in cell.source and f"def {cell.exercise}(" in cell.source
+            assert ("raise NotImplementedError" in cell.source and f"def {cell.exercise}("
+                    in cell.source)
     answers, wrong = books.functions(books.solutions(path)), books.functions(books.wrong(path))
     assert set(exercises) <= set(answers)
     for name in exercises:
-        assert sum(other.startswith(f"{name}__") for other in wrong) >= 3, f"{name}: fewer than three wrong answers"
+        assert (sum(other.startswith(f"{name}__") for other in wrong)
+                >= 3), f"{name}: fewer than three wrong answers"
     assert not [name for name in wrong if "__" in name and name.partition("__")[0] not in exercises]

@@ -1,4 +1,6 @@
-"""Pictures: every figure is there, names its units and can be read, and the same motion makes the same bytes."""
+"""Pictures: every figure is there, names its units and can be read, and the same motion makes the
+same bytes.
+"""
 
 import re
 import subprocess
@@ -23,7 +25,8 @@ def world(*arguments, **options):
 
 @pytest.fixture(scope="module")
 def motions():
-    return {"style": world("walk", "zombie", seconds=2.0), "content": world("turn-left", "normal", seconds=2.0),
+    return {"style": world("walk", "zombie", seconds=2.0),
+            "content": world("turn-left", "normal", seconds=2.0),
             "result": world("walk", "old", seconds=1.5)}
 
 
@@ -34,12 +37,15 @@ def texts(ax):
 def test_projection_keeps_right_up_and_near():
     points = np.eye(3)
     flat, near = plot.seen_from(points, "front")
-    assert flat == pytest.approx(np.array([[1, 0], [0, 1], [0, 0]])) and near == pytest.approx([0, 0, 1])
+    assert (flat == pytest.approx(np.array([[1, 0], [0, 1], [0, 0]]))
+            and near == pytest.approx([0, 0, 1]))
     flat, near = plot.seen_from(points, "side")
-    assert flat == pytest.approx(np.array([[0, 0], [0, 1], [1, 0]])) and near == pytest.approx([-1, 0, 0])
+    assert (flat == pytest.approx(np.array([[0, 0], [0, 1], [1, 0]]))
+            and near == pytest.approx([-1, 0, 0]))
     flat, near = plot.seen_from(np.random.default_rng(0).normal(size=(5, 3)), (33.0, 21.0))
     again, _ = plot.seen_from(np.eye(3), (33.0, 21.0))
-    assert again.T @ again == pytest.approx(np.eye(2))                          # an isometry in the plane
+    # an isometry in the plane
+    assert again.T @ again == pytest.approx(np.eye(2))
     with pytest.raises(ValueError, match="view.*three-quarter"):
         plot.seen_from(points, "below")
 
@@ -48,9 +54,13 @@ def test_the_far_side_is_pale():
     pose = world("walk", seconds=0.1)[0]
     ax = plot._figure(3, 3).subplots()
     artists = plot.draw_pose(ax, pose, "side", colour="#000000")
-    assert sum(artists["Left leg"].get_color()) > 1 and artists["Right leg"].get_color() == "#000000"      # seen from its right
-    plot.move_pose(artists, pose * [-1, 1, -1], "side", colour="#000000")                                   # half a turn
-    assert sum(artists["Right leg"].get_color()) > 1 and artists["Left leg"].get_zorder() > artists["trunk"].get_zorder()
+    # seen from its right
+    assert (sum(artists["Left leg"].get_color()) > 1 and artists["Right leg"].get_color()
+            == "#000000")
+    # half a turn
+    plot.move_pose(artists, pose * [-1, 1, -1], "side", colour="#000000")
+    assert (sum(artists["Right leg"].get_color()) > 1 and artists["Left leg"].get_zorder()
+            > artists["trunk"].get_zorder())
 
 
 def test_facing_forward_turns_the_whole_motion():
@@ -58,8 +68,10 @@ def test_facing_forward_turns_the_whole_motion():
     c, s = np.cos(2.0), np.sin(2.0)
     turned = (motion @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])) + [300.0, 0.0, -70.0]
     assert plot.facing_forward(turned) == pytest.approx(plot.facing_forward(motion), abs=1e-9)
-    across = plot.facing_forward(turned)[0, SLOT["LeftArm"]] - plot.facing_forward(turned)[0, SLOT["RightArm"]]
-    assert across[0] > 25 and plot.facing_forward(turned)[0, 0, [0, 2]] == pytest.approx([0, 0], abs=1e-9)
+    across = (plot.facing_forward(turned)[0, SLOT["LeftArm"]]
+              - plot.facing_forward(turned)[0, SLOT["RightArm"]])
+    assert (across[0] > 25 and plot.facing_forward(turned)[0, 0, [0, 2]]
+            == pytest.approx([0, 0], abs=1e-9))
 
 
 def test_strip_has_a_row_each_a_bar_and_seconds(motions, tmp_path):
@@ -76,12 +88,14 @@ def test_strip_has_a_row_each_a_bar_and_seconds(motions, tmp_path):
 def test_poses_of_a_strip_do_not_overlap(motions, view):
     figure = plot.strip(motions, every=10, view=view)
     for ax in figure.axes:
-        boxes = sorted((head.get_xy()[:, 0].min(), head.get_xy()[:, 0].max()) for head in ax.patches)
+        boxes = sorted((head.get_xy()[:, 0].min(), head.get_xy()[:, 0].max())
+                       for head in ax.patches)
         assert all(right < left for (_, right), (left, _) in zip(boxes, boxes[1:]))
 
 
 def test_metres_and_other_labels_work(motions, tmp_path):
-    figure = plot.strip({"a rather long label of a row": motions["style"] / 100.0}, unit="m", every=20)
+    figure = plot.strip({"a rather long label of a row": motions["style"] / 100.0}, unit="m",
+                        every=20)
     assert "1 m" in texts(figure.axes[0])
     plot.save(figure, tmp_path / "metres.png")
     assert len(set(plot.colours(["style", "content", "result", "a", "b", "c"]).values())) == 6
@@ -103,7 +117,8 @@ def test_curves_choose_their_scale(tmp_path):
     ax, = figure.axes
     assert ax.get_yscale() == "log" and ax.get_xlabel() == "epoch" and len(ax.lines) == 2
     assert ax.lines[0].get_linestyle() != ax.lines[1].get_linestyle()
-    assert plot.curves([{"total": 1.0}, {"total": -1.0}, {"total": float("nan")}], "total").axes[0].get_yscale() == "linear"
+    assert plot.curves([{"total": 1.0}, {"total": -1.0}, {"total": float("nan")}],
+                       "total").axes[0].get_yscale() == "linear"
     with pytest.raises(ValueError, match="missing.*bone"):
         plot.curves(records, ["bone"])
 
@@ -112,7 +127,8 @@ def test_the_same_figure_makes_the_same_bytes(motions, tmp_path):
     for name in ("a.png", "b.png"):
         plot.strip(motions, tmp_path / name, every=30)
     data = (tmp_path / "a.png").read_bytes()
-    assert data == (tmp_path / "b.png").read_bytes() and b"Software" not in data and b"tIME" not in data
+    assert (data == (tmp_path / "b.png").read_bytes() and b"Software" not in data
+            and b"tIME" not in data)
     assert 600 < int.from_bytes(data[16:20], "big") <= 1600                     # pixels wide
 
 
@@ -121,8 +137,10 @@ def test_a_page_holds_every_frame_at_the_true_speed(motions, tmp_path):
     count = animate.animation_html(motions, 60, tmp_path / "a.html", frames=30, title="A <title>")
     assert time.perf_counter() - start < 12.0
     page = (tmp_path / "a.html").read_text()
-    assert count == 30 and page.count("data:image/png;base64") == 30            # 120 frames, every fourth
-    assert re.search(r"new Animation\(frames, img_id, slider_id, 66\.6667,", page) and ".play_animation();" in page
+    # 120 frames, every fourth
+    assert count == 30 and page.count("data:image/png;base64") == 30
+    assert (re.search(r"new Animation\(frames, img_id, slider_id, 66\.6667,", page)
+            and ".play_animation();" in page)
     assert "http" not in re.sub(r"http://www.w3.org\S*", "", page) and "fa-play" not in page
     assert "A &lt;title&gt;" in page and len(page) < 8e6
     assert page.count("value=\"loop\"") == 1 and re.search(r'value="loop"[^>]*checked', page)
@@ -142,7 +160,8 @@ def test_four_seconds_are_drawn_soon_and_stay_small(tmp_path):
 
 
 @pytest.mark.parametrize("bad, says", [
-    ({}, "none"), ({"a": np.zeros((4, 20, 3))}, r"'a'.*\(4, 20, 3\)"), ({"a": np.full((2, 21, 3), np.nan)}, "finite")])
+    ({}, "none"), ({"a": np.zeros((4, 20, 3))}, r"'a'.*\(4, 20, 3\)"),
+    ({"a": np.full((2, 21, 3), np.nan)}, "finite")])
 def test_refuses_what_is_no_motion(bad, says):
     for draw in (plot.strip, plot.paths, lambda m: animate.player(m, 60)):
         with pytest.raises(ValueError, match=says):
@@ -157,7 +176,8 @@ def test_refuses_bad_steps(motions):
 
 
 def test_pictures_do_not_touch_pyplot():
-    code = "import sys, refimpl.pictures.plot, refimpl.pictures.player; assert 'matplotlib.pyplot' not in sys.modules"
+    code = ("import sys, refimpl.pictures.plot, refimpl.pictures.player; "
+            "assert 'matplotlib.pyplot' not in sys.modules")
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
@@ -165,4 +185,5 @@ def test_a_notebook_shows_figures_and_players(motions):
     picture = plot.strip({"a": motions["result"]}, every=30)
     assert picture._repr_png_().startswith(PNG) and picture._repr_png_() == picture._repr_png_()
     shown = animate.show({"a": motions["result"]}, 60.0, frames=6, caption="whose <motion>")
-    assert shown._repr_html_() == str(shown) and "new Animation(" in shown and "whose &lt;motion&gt;" in shown and len(repr(shown)) < 80
+    assert (shown._repr_html_() == str(shown) and "new Animation(" in shown
+            and "whose &lt;motion&gt;" in shown and len(repr(shown)) < 80)

@@ -1,4 +1,6 @@
-"""Dynamic time warping against the enumeration of all paths and against other libraries; interpolation exact at both ends."""
+"""Dynamic time warping against the enumeration of all paths and against other libraries;
+interpolation exact at both ends.
+"""
 
 from dataclasses import replace
 from functools import lru_cache
@@ -51,7 +53,8 @@ def test_fast_form_gives_the_same_bits(seed):
 def test_many_pairs_of_all_lengths_at_once(monkeypatch):
     rng = np.random.default_rng(1)
     sequences = [rng.normal(size=(n, 4)) for n in (3, 40, 17, 1, 25, 40)]
-    needed = [[align.dtw_definition(align.distances(X, Y))[-1, -1] for Y in sequences] for X in sequences]
+    needed = [[align.dtw_definition(align.distances(X, Y))[-1, -1] for Y in sequences]
+              for X in sequences]
     np.testing.assert_array_equal(align.all_pairs(sequences), needed)
     monkeypatch.setattr(align, "CELLS", 500)                             # many small chunks
     np.testing.assert_array_equal(align.all_pairs(sequences), needed)
@@ -86,7 +89,8 @@ def test_dtw_python_agrees():
     for seed in range(10):
         X, Y = random_pair(seed, longest=40)
         if len(X) == 1 or len(Y) == 1:
-            continue                                                     # it takes a single row for a cost matrix
+            # it takes a single row for a cost matrix
+            continue
         found = witness.dtw(align.distances(X, Y), step_pattern=witness.symmetric1)
         assert align.dtw(X, Y)[0] == pytest.approx(found.distance, abs=1e-9)
 
@@ -105,7 +109,8 @@ def test_clusters():
 def pair():
     made = [performers.perform("step", number) for number in (0, 4)]
     body = poses.fit_body([performance.clip for performance in made])
-    return tuple(poses.fragment_of(performance.clip, body, performance.name, "step") for performance in made)
+    return tuple(poses.fragment_of(performance.clip, body, performance.name, "step")
+                 for performance in made)
 
 
 @pytest.mark.parametrize("smooth", [0.0, 2.0, align.SMOOTH])
@@ -126,12 +131,15 @@ def test_timing(seed, alpha):
     for times, sequence in ((p, X), (q, Y)):
         assert times[0] == 0 and times[-1] == len(sequence) - 1
         assert (np.diff(times) > -1e-12).all()
-    for end, times in ((0, align.synchronised(align.dtw(X, Y)[1], 0)[0]), (1, align.synchronised(align.dtw(X, Y)[1], 1)[1])):
+    for end, times in ((0, align.synchronised(align.dtw(X, Y)[1], 0)[0]),
+                       (1, align.synchronised(align.dtw(X, Y)[1], 1)[1])):
         np.testing.assert_allclose(times, np.arange(len((X, Y)[end])), atol=1e-12)
 
 
 def test_half_way_by_hand():
-    """One plays the same at half the speed: half-way the timing is between, the poses are the same, and so is the way."""
+    """One plays the same at half the speed: half-way the timing is between, the poses are the same,
+    and so is the way.
+    """
     slow = np.linspace(0, 1, 41)[:, None] * np.ones((1, 6))
     a = poses.Fragment("slow", "x", None, slow, np.zeros((41, 4)), 30.0)
     root = np.zeros((21, 4))
@@ -149,8 +157,10 @@ def test_two_walkers_facing_apart_walk_between():
     roots[0, :, 2] = roots[1, :, 0] = np.arange(21)
     roots[1, :, 3] = np.pi / 2
     angles = np.linspace(0, 1, 21)[:, None] * np.ones((1, 3))
-    found = align.interpolate(*(poses.Fragment("w", "w", None, angles, root, 30.0) for root in roots), 0.5)
-    np.testing.assert_allclose(found.root[-1], [20 * np.sqrt(0.5), 0, 20 * np.sqrt(0.5), np.pi / 4], atol=1e-9)
+    found = align.interpolate(*(poses.Fragment("w", "w", None, angles, root, 30.0)
+                                for root in roots), 0.5)
+    np.testing.assert_allclose(found.root[-1], [20 * np.sqrt(0.5), 0, 20 * np.sqrt(0.5), np.pi / 4],
+                               atol=1e-9)
 
 
 def test_errors(pair):
@@ -171,8 +181,10 @@ def test_errors(pair):
 def test_wrong_paths(pair):
     a, b = pair
     w = align.dtw(a.angles, b.angles)[1]
-    for path, message in ((w[:-1], "needed .* the last of"), (w[:, ::-1], "another pair's"), (w[1:], "from .0, 0. on"), (w[::2], "0 or 1 a step"),
-                          (np.repeat(w, 2, axis=0), "0 or 1 a step"), (w[:, 0], r"shape \(\d+,\)"), (w[:0], "needed")):
+    for path, message in ((w[:-1], "needed .* the last of"), (w[:, ::-1], "another pair's"),
+                          (w[1:], "from .0, 0. on"), (w[::2], "0 or 1 a step"),
+                          (np.repeat(w, 2, axis=0), "0 or 1 a step"), (w[:, 0], r"shape \(\d+,\)"),
+                          (w[:0], "needed")):
         with pytest.raises(align.AlignError, match=f"path: .*{message}"):
             align.interpolate(a, b, 0.5, path)
     narrow = replace(b, angles=b.angles[:, 3:])

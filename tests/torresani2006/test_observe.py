@@ -1,4 +1,6 @@
-"""The computed observer against the truth of the embedded performers; label files with everything that can be wrong in them."""
+"""The computed observer against the truth of the embedded performers; label files with everything
+that can be wrong in them.
+"""
 
 from dataclasses import replace
 
@@ -19,7 +21,8 @@ def seen():
     body = poses.fit_body([performance.clip for performance in made])
     fragments = [poses.fragment_of(p.clip, body, p.name, p.contents[0]) for p in made]
     observer = observe.fit_observer(fragments, body)
-    return fragments, observer, np.array([observe.observe(f, observer) for f in fragments]), np.array([p.effort for p in made])
+    return (fragments, observer, np.array([observe.observe(f, observer) for f in fragments]),
+            np.array([p.effort for p in made]))
 
 
 def test_agrees_with_the_true_effort(seen):
@@ -38,7 +41,8 @@ def test_range_and_scale(seen):
 
 def test_playing_faster_is_stronger_more_sudden_and_more_bound(seen):
     fragments, observer, *_ = seen
-    faster = observe.descriptors(replace(fragments[0], fps=60.0), observer.body) - observe.descriptors(fragments[0], observer.body)
+    faster = (observe.descriptors(replace(fragments[0], fps=60.0), observer.body)
+              - observe.descriptors(fragments[0], observer.body))
     np.testing.assert_allclose(faster, np.log(2) * np.array([-1, 2, 1]), atol=1e-9)
     raw = (observe.descriptors(replace(fragments[0], fps=60.0), observer.body, relative=False)
            - observe.descriptors(fragments[0], observer.body, relative=False))
@@ -48,22 +52,29 @@ def test_playing_faster_is_stronger_more_sudden_and_more_bound(seen):
 def test_by_hand():
     """A single joint that falls: v = g t, a = g, no jerk."""
     from refimpl.motion.clip import Joint
-    body = poses.Body((Joint("ball", -1, (0, 0, 0), ()),), 0, np.zeros((1, 3)), np.eye(3)[None], "y")
+    body = poses.Body((Joint("ball", -1, (0, 0, 0), ()),), 0, np.zeros((1, 3)), np.eye(3)[None],
+                      "y")
     t = np.arange(11) / 10
     root = np.stack([0 * t, -0.5 * 9.81 * t ** 2, 0 * t, 0 * t], axis=1)
-    energy, speed, acceleration, jerk = observe.kinematics(poses.Fragment("ball", None, None, np.zeros((11, 3)), root, 10.0), body)
+    energy, speed, acceleration, jerk = observe.kinematics(
+        poses.Fragment("ball", None, None, np.zeros((11, 3)), root, 10.0), body)
     assert energy == pytest.approx(0.5 * (9.81 * 0.95) ** 2) and speed == pytest.approx(0.5 * 9.81)
     assert acceleration == pytest.approx(9.81) and jerk == pytest.approx(0, abs=1e-9)
 
 
 def test_the_published_descriptors_up_to_their_differences(seen):
-    """Larboulette and Gibet 2015, equations 22 to 30, with their central differences: on a smooth motion ours are within a few per cent."""
+    """Larboulette and Gibet 2015, equations 22 to 30, with their central differences: on a smooth
+    motion ours are within a few per cent.
+    """
     t = np.arange(121) / 60
-    p = np.stack([np.sin(2 * np.pi * f * t + k) * a for k, (f, a) in enumerate([(0.7, 30), (1.1, 10), (0.4, 55), (0.9, 20), (0.5, 8), (1.3, 5)])], axis=1)
+    p = np.stack([np.sin(2 * np.pi * f * t + k) * a for k,
+                  (f, a) in enumerate([(0.7, 30), (1.1, 10), (0.4, 55), (0.9, 20), (0.5, 8),
+                                       (1.3, 5)])], axis=1)
     p = p.reshape(121, 2, 3)
     v, a = (p[2:] - p[:-2]) * 60 / 2, (p[2:] - 2 * p[1:-1] + p[:-2]) * 60 ** 2
     jerk = (p[4:] - 2 * p[3:-1] + 2 * p[1:-3] - p[:-4]) * 60 ** 3 / 2
-    published = [max(0.5 * (frame ** 2).sum() for frame in v), *(np.mean([np.linalg.norm(x, axis=2).sum(axis=1) / 2]) for x in (v, a, jerk))]
+    published = [max(0.5 * (frame ** 2).sum() for frame in v),
+                 *(np.mean([np.linalg.norm(x, axis=2).sum(axis=1) / 2]) for x in (v, a, jerk))]
     np.testing.assert_allclose(observe.measures(p, 60.0), published, rtol=0.02)
 
 
@@ -74,7 +85,8 @@ def test_too_little(seen):
     with pytest.raises(observe.ObserveError, match="fps: found 0"):
         observe.measures(np.zeros((4, 2, 3)), 0)
     with pytest.raises(observe.ObserveError, match="found 3 frames"):
-        observe.observe(replace(fragments[0], angles=fragments[0].angles[:3], root=fragments[0].root[:3]), observer)
+        observe.observe(replace(fragments[0], angles=fragments[0].angles[:3],
+                                root=fragments[0].root[:3]), observer)
     with pytest.raises(observe.ObserveError, match="nothing to compare"):
         observe.fit_observer(fragments[:1], observer.body)
 
@@ -86,9 +98,11 @@ def write(tmp_path, text):
 
 
 def test_labels(tmp_path):
-    path = write(tmp_path, HEADER + "walk.bvh,0,40,1.5,-3,3\n# a note\n\nwalk,40,90,0,0,0\nbow,,,-1,2,0.5\n")
+    path = write(tmp_path, HEADER
+                 + "walk.bvh,0,40,1.5,-3,3\n# a note\n\nwalk,40,90,0,0,0\nbow,,,-1,2,0.5\n")
     labels = read_labels(path, {"walk": 90, "bow": 50})
-    assert [(label.clip, label.start, label.end, label.line) for label in labels] == [("walk", 0, 40, 2), ("walk", 40, 90, 5), ("bow", 0, 50, 6)]
+    assert ([(label.clip, label.start, label.end, label.line) for label in labels]
+            == [("walk", 0, 40, 2), ("walk", 40, 90, 5), ("bow", 0, 50, 6)])
     np.testing.assert_array_equal(labels[0].style, [1.5, -3, 3])
 
 
@@ -105,7 +119,8 @@ def test_labels(tmp_path):
     (HEADER + "walk,40,40,0,0,0\n", ":2: found start '40' and end '40'"),
     (HEADER + "walk,-1,40,0,0,0\n", ":2: found start '-1'"),
     (HEADER + "walk,,40,0,0,0\n", ":2: found start ''"),
-    (HEADER + "walk,0,40,0,0,0\nbow,,,0,0,0\nwalk.bvh,0,40,1,1,1\n", ":4: found frames 0 to 40 of 'walk' a second time (the first is in line 2)"),
+    (HEADER + "walk,0,40,0,0,0\nbow,,,0,0,0\nwalk.bvh,0,40,1,1,1\n",
+     ":4: found frames 0 to 40 of 'walk' a second time (the first is in line 2)"),
 ])
 def test_wrong_labels_name_the_line(tmp_path, text, message):
     with pytest.raises(observe.LabelError) as error:

@@ -21,11 +21,15 @@ def world(clip):
 
 
 def random_chain(rng, frames=30, root_joint=True):
-    """A clip of a body that tumbles: every joint turns many times over, some orders differ, one root joint above the hips may travel."""
+    """A clip of a body that tumbles: every joint turns many times over, some orders differ, one
+    root joint above the hips may travel.
+    """
     joints = [Joint("Root", -1, (0, 0, 0), PLACE + TURN)] if root_joint else []
-    joints += [Joint("Hips", len(joints) - 1, (0, 90, 0), PLACE + ("Xrotation", "Yrotation", "Zrotation"))]
+    joints += [Joint("Hips", len(joints) - 1, (0, 90, 0),
+                     PLACE + ("Xrotation", "Yrotation", "Zrotation"))]
     hips = len(joints) - 1
-    joints += [Joint("Spine", hips, (0, 12, 0), TURN), Joint("Leg", hips, (5, -40, 0), ("Yrotation", "Zrotation", "Xrotation"))]
+    joints += [Joint("Spine", hips, (0, 12, 0), TURN),
+               Joint("Leg", hips, (5, -40, 0), ("Yrotation", "Zrotation", "Xrotation"))]
     width = sum(len(joint.channels) for joint in joints)
     values = np.cumsum(rng.normal(0, 14, (frames, width)), axis=0)
     values[:, -7:] *= 0.5
@@ -41,7 +45,8 @@ def test_world_pose_comes_back(seed, root_joint):
     assert fragment.angles.shape == (30, 3 * len(clip.joints)) and fragment.root.shape == (30, 4)
     back = poses.clip_of(fragment, body)
     for found, needed in zip(world(back), world(clip)):
-        joints = slice(1, None) if root_joint else slice(None)          # the joint above the hips stands still, the hips have its motion
+        # the joint above the hips stands still, the hips have its motion
+        joints = slice(1, None) if root_joint else slice(None)
         np.testing.assert_allclose(found[:, joints], needed[:, joints], atol=1e-9)
 
 
@@ -63,7 +68,9 @@ def test_no_jumps_where_a_joint_turns_round_and_round():
 
 
 def test_a_joint_a_half_turn_from_zero_does_not_flip():
-    """Around the half turn the shortest vector flips its sign from frame to frame; seen from the mean pose it is small."""
+    """Around the half turn the shortest vector flips its sign from frame to frame; seen from the
+    mean pose it is small.
+    """
     swing = np.pi + 0.2 * np.sin(np.linspace(0, 20, 300))
     R = rotation.exp_map(swing[:, None, None] * np.array([1.0, 0, 0]))
     shortest = rotation.log_map(R)
@@ -77,9 +84,11 @@ def test_angles_do_not_depend_on_place_and_facing():
     body = poses.fit_body([clip])
     rotations, translations = local_pose(clip)
     turned = rotation.yaw_rotation(1.1)
-    rotations[:, 0], translations[:, 0] = turned @ rotations[:, 0], translations[:, 0] @ turned.T + [30, 0, -70]
+    rotations[:, 0], translations[:, 0] = (turned @ rotations[:, 0],
+                                           translations[:, 0] @ turned.T + [30, 0, -70])
     from refimpl.motion.skeleton import with_pose
-    a, b = (poses.fragment_of(c, body, "x") for c in (clip, with_pose(clip, rotations, translations, clip.frame_time)))
+    a, b = (poses.fragment_of(c, body, "x")
+            for c in (clip, with_pose(clip, rotations, translations, clip.frame_time)))
     np.testing.assert_allclose(a.angles, b.angles, atol=1e-9)
     np.testing.assert_allclose(b.root[:, 3] - a.root[:, 3], 1.1, atol=1e-9)
 
@@ -96,13 +105,14 @@ def test_z_up_files():
     assert (body.up, other.up) == ("y", "z")
     a, b = poses.fragment_of(clip, body, "x"), poses.fragment_of(lying, other, "x")
     np.testing.assert_allclose(np.diff(b.root[:, 3]), np.diff(a.root[:, 3]), atol=1e-9)
-    np.testing.assert_allclose(poses.joint_positions(b, other), world(lying)[1][::2], atol=1e-9)
+    np.testing.assert_allclose(poses.fragment_positions(b, other), world(lying)[1][::2], atol=1e-9)
 
 
 def test_errors():
     clip = performers.perform("bow", 0).clip
     body = poses.fit_body([clip])
-    other = replace(clip, joints=tuple(replace(j, name="Pelvis" if j.name == "Hips" else j.name) for j in clip.joints))
+    other = replace(clip, joints=tuple(replace(j, name="Pelvis" if j.name == "Hips" else j.name)
+                                       for j in clip.joints))
     with pytest.raises(poses.PoseError, match="Hips, Pelvis"):
         poses.fragment_of(other, body, "walk.bvh")
     with pytest.raises(poses.PoseError, match="clips: found none"):
@@ -112,17 +122,20 @@ def test_errors():
     with pytest.raises(poses.PoseError, match="frames 5 to 6"):
         poses.fragment_of(clip, body, "walk.bvh", start=5, end=6)
     with pytest.raises(poses.PoseError, match="at least two"):
-        poses.fragment_of(clip, body, "walk.bvh", start=5, end=7)        # 60 to 30 frames a second leaves one
+        # 60 to 30 frames a second leaves one
+        poses.fragment_of(clip, body, "walk.bvh", start=5, end=7)
 
 
 @pytest.mark.mocap
 def test_real_clips_come_back(mocap):
-    clips = [bvh.read_bvh(mocap / "bandai1" / f"dataset-1_{name}_001.bvh") for name in ("bow_old", "dash_angry", "byebye_active")]
+    clips = [bvh.read_bvh(mocap / "bandai1" / f"dataset-1_{name}_001.bvh")
+             for name in ("bow_old", "dash_angry", "byebye_active")]
     body = poses.fit_body(clips)
     assert body.joints[body.carrier].name == "Hips" and body.up == "y"
     for clip in clips:
         fragment = poses.fragment_of(clip, body, "x")
         needed, found = world(clip), world(poses.clip_of(fragment, body))
         np.testing.assert_allclose(found[0], needed[0], atol=1e-11)
-        np.testing.assert_allclose(found[1], needed[1], atol=1e-3)       # the files' bones differ by this much
+        # the files' bones differ by this much
+        np.testing.assert_allclose(found[1], needed[1], atol=1e-3)
         assert np.abs(np.diff(fragment.angles, axis=0)).max() < 2

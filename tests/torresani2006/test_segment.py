@@ -1,4 +1,6 @@
-"""The one-stage programme against the enumeration of all concatenations, and against the truth of the embedded performers."""
+"""The one-stage programme against the enumeration of all concatenations, and against the truth of
+the embedded performers.
+"""
 
 from itertools import product
 
@@ -22,21 +24,24 @@ def compositions(n):
 
 def best_concatenation(Y, fragments):
     """Equation 8 by trying all concatenations and all cuts."""
-    return min(sum(align.dtw_definition(align.distances(Y[a:b], fragments[i]))[-1, -1] for (a, b), i in zip(cuts, chosen))
-               for cuts in compositions(len(Y)) for chosen in product(range(len(fragments)), repeat=len(cuts)))
+    return min(sum(align.dtw_definition(align.distances(Y[a:b], fragments[i]))[-1, -1] for (a, b),
+                   i in zip(cuts, chosen)) for cuts in compositions(len(Y))
+               for chosen in product(range(len(fragments)), repeat=len(cuts)))
 
 
 @given(st.integers(0, 10_000))
 def test_all_concatenations(seed):
     rng = np.random.default_rng(seed)
-    fragments = [rng.integers(-2, 3, (rng.integers(1, 4), 2)).astype(float) for _ in range(rng.integers(1, 4))]
+    fragments = [rng.integers(-2, 3, (rng.integers(1, 4), 2)).astype(float)
+                 for _ in range(rng.integers(1, 4))]
     Y = rng.integers(-2, 3, (rng.integers(1, 6), 2)) + 0.1 * rng.normal(size=2)
     cost, pieces = segment(Y, fragments)
     assert cost == pytest.approx(best_concatenation(Y, fragments), abs=1e-9)
     assert pieces[0].start == 0 and pieces[-1].end == len(Y)
     assert all(a.end == b.start for a, b in zip(pieces, pieces[1:]))
     assert sum(piece.cost for piece in pieces) == pytest.approx(cost, abs=1e-9)
-    for piece in pieces:                                                 # each piece is aligned as well as it can be
+    # each piece is aligned as well as it can be
+    for piece in pieces:
         alone = align.dtw(Y[piece.start:piece.end], fragments[piece.fragment])[0]
         assert piece.cost == pytest.approx(alone, abs=1e-9)
 
@@ -46,10 +51,12 @@ def test_a_concatenation_is_found_again(seed):
     rng = np.random.default_rng(seed)
     fragments = [np.cumsum(rng.normal(size=(rng.integers(3, 12), 3)), axis=0) for _ in range(5)]
     chosen = rng.integers(0, 5, 4)
-    cost, pieces = segment(np.concatenate([np.repeat(fragments[n], 2, axis=0) for n in chosen]), fragments)
+    cost, pieces = segment(np.concatenate([np.repeat(fragments[n], 2, axis=0) for n in chosen]),
+                           fragments)
     assert cost == 0
     assert [piece.fragment for piece in pieces] == chosen.tolist()
-    assert [piece.end for piece in pieces] == np.cumsum([2 * len(fragments[n]) for n in chosen]).tolist()
+    assert ([piece.end for piece in pieces]
+            == np.cumsum([2 * len(fragments[n]) for n in chosen]).tolist())
 
 
 def test_one_fragment_is_dynamic_time_warping():
@@ -63,9 +70,13 @@ def test_errors():
     with pytest.raises(SegmentError, match="found none"):
         segment(np.zeros((3, 2)), [])
     good = np.zeros((3, 2))
-    for Y, fragments, message in ((good, [good, np.zeros((3, 3))], r"fragments\[1\]: found 3 angles a frame, needed 2"),
-                                  (good, [good, good[:0]], r"fragments\[1\]: found shape \(0, 2\)"), (good[0], [good], r"Y: found shape \(2,\)"),
-                                  (good, [good, np.full((1, 2), np.nan)], r"fragments\[1\]: found nan"), (good - np.inf, [good], "Y: found -inf")):
+    for Y, fragments, message in ((good, [good, np.zeros((3, 3))],
+                                   r"fragments\[1\]: found 3 angles a frame, needed 2"),
+                                  (good, [good, good[:0]], r"fragments\[1\]: found shape \(0, 2\)"),
+                                  (good[0], [good], r"Y: found shape \(2,\)"),
+                                  (good, [good, np.full((1, 2), np.nan)],
+                                   r"fragments\[1\]: found nan"),
+                                  (good - np.inf, [good], "Y: found -inf")):
         with pytest.raises(align.AlignError, match=message):
             segment(Y, fragments)
 
@@ -84,9 +95,12 @@ def test_phrases_of_performers_not_in_the_database(cast):
     sequences = [fragment.angles for fragment in cast.database.fragments]
     for number in range(30, 36):
         phrase = performers.perform(tuple(performers.ACTIONS), number)
-        _, pieces = segment(poses.fragment_of(phrase.clip, cast.database.body, "phrase").angles, sequences)
-        assert tuple(cast.database.fragments[piece.fragment].content for piece in pieces) == phrase.contents
-        assert np.abs(np.array([piece.end for piece in pieces]) - np.array(phrase.cuts[1:]) / 2).max() <= experiment.TOLERANCE
+        _, pieces = segment(poses.fragment_of(phrase.clip, cast.database.body, "phrase").angles,
+                            sequences)
+        assert tuple(cast.database.fragments[piece.fragment].content
+                     for piece in pieces) == phrase.contents
+        assert np.abs(np.array([piece.end for piece in pieces]) - np.array(phrase.cuts[1:])
+                      / 2).max() <= experiment.CUT_TOLERANCE
 
 
 def test_contents_cluster(cast):

@@ -25,15 +25,20 @@ def trained():
 
 @pytest.fixture(scope="module")
 def phrase(trained):
-    return poses.fragment_of(performers.perform(tuple(performers.ACTIONS), 40).clip, trained[0].body, "phrase")
+    return poses.fragment_of(performers.perform(tuple(performers.ACTIONS), 40).clip,
+                             trained[0].body, "phrase")
 
 
 def test_golden_section():
     centre = np.array([-0.2, 0.5, 2.0, 0.0])
-    found = synthesise.golden_section(lambda x: np.abs(x - centre) ** 1.5, np.full(4, -1.0), np.full(4, 1.0))
+    found = synthesise.golden_section(lambda x: np.abs(x - centre) ** 1.5, np.full(4, -1.0),
+                                      np.full(4, 1.0))
     np.testing.assert_allclose(found, [-0.2, 0.5, 1.0, 0.0], atol=2e-5)
-    for low, high, tolerance, message in (([0.0], [-1.0], 1e-5, "low <= high"), ([0.0], [np.inf], 1e-5, "finite"), (0.0, 1.0, 1e-5, "(M,)"),
-                                          ([0.0], [1.0], 0.0, "tolerance: found 0.0"), ([0.0], [1.0], 1e-16, "tolerance: found 1e-16")):
+    for low, high, tolerance, message in (([0.0], [-1.0], 1e-5, "low <= high"),
+                                          ([0.0], [np.inf], 1e-5, "finite"),
+                                          (0.0, 1.0, 1e-5, "(M,)"),
+                                          ([0.0], [1.0], 0.0, "tolerance: found 0.0"),
+                                          ([0.0], [1.0], 1e-16, "tolerance: found 1e-16")):
         with pytest.raises(synthesise.SynthesisError, match=re.escape(message)):
             synthesise.golden_section(np.abs, low, high, tolerance)
 
@@ -47,7 +52,10 @@ def test_choice_is_the_best_of_a_fine_grid(trained):
     c, e = databases.coefficients(database, projection), database.styles
     alphas = np.linspace(-0.25, 1.25, 1501)
     for choice in best:
-        grid = regress.predict(model, databases.blend_inputs(c, e, np.tile([choice.i, choice.j], (1501, 1)), alphas))
+        grid = regress.predict(model,
+                               databases.blend_inputs(c, e,
+                                                      np.tile([choice.i, choice.j], (1501, 1)),
+                                                      alphas))
         assert choice.error <= np.linalg.norm(grid - target, axis=1).min() + 2e-3
         assert -0.25 <= choice.alpha <= 1.25
 
@@ -55,7 +63,8 @@ def test_choice_is_the_best_of_a_fine_grid(trained):
 def test_target_of_a_fragment_is_met(trained):
     """The style of a fragment can be had from that fragment."""
     database, model, projection = trained
-    choice = synthesise.rank_pairs(database, model, projection, synthesise.neighbours(database, 7), database.styles[7])[0]
+    choice = synthesise.rank_pairs(database, model, projection, synthesise.neighbours(database, 7),
+                                   database.styles[7])[0]
     assert choice.error < 0.25
 
 
@@ -72,8 +81,10 @@ def test_wrong_styles(trained):
 
 def test_what_cannot_be_synthesised(trained, phrase):
     database, model, projection = trained
-    alone = databases.without(database, np.array([n > 10 for n in range(60)]))           # one reach is left
-    with pytest.raises(synthesise.SynthesisError, match="frames 0 to .* match 'reach': found 1 fragment"):
+    # one reach is left
+    alone = databases.without(database, np.array([n > 10 for n in range(60)]))
+    with pytest.raises(synthesise.SynthesisError,
+                       match="frames 0 to .* match 'reach': found 1 fragment"):
         synthesise.synthesise(phrase, alone, model, projection, [0, 0, 0])
     with pytest.raises(synthesise.SynthesisError, match="found 60 frames/s, needed 30"):
         synthesise.synthesise(replace(phrase, fps=60.0), database, model, projection, [0, 0, 0])
@@ -90,8 +101,10 @@ def test_looks_are_eight_unless_an_analyst_labelled(trained, phrase):
     part = replace(phrase, angles=phrase.angles[:90], root=phrase.root[:90])
     pieces = segment.segment(part.angles, [fragment.angles for fragment in database.fragments])[1]
     for given, looks in ((database, 8), (replace(database, labelled=True), 1)):
-        found, needed = (synthesise.restyle(part, pieces, given, model, projection, [2, 0, -2], looks=n) for n in (None, looks))
-        assert found.choices[0].alpha == needed.choices[0].alpha and found.choices[0].i == needed.choices[0].i
+        found, needed = (synthesise.restyle(part, pieces, given, model, projection, [2, 0, -2],
+                                            looks=n) for n in (None, looks))
+        assert (found.choices[0].alpha == needed.choices[0].alpha
+                and found.choices[0].i == needed.choices[0].i)
 
 
 def test_joined_motion_is_continuous(trained):
@@ -102,18 +115,23 @@ def test_joined_motion_is_continuous(trained):
     usual = max(np.abs(np.diff(part.angles, axis=0)).max() for part in parts)
     assert np.abs(np.diff(whole.angles, axis=0)).max() < 1.3 * usual
     steps = np.linalg.norm(np.diff(whole.root[:, :3], axis=0), axis=1)
-    assert steps.max() < 1.3 * max(np.linalg.norm(np.diff(part.root[:, :3], axis=0), axis=1).max() for part in parts)
+    assert (steps.max() < 1.3 * max(np.linalg.norm(np.diff(part.root[:, :3], axis=0), axis=1).max()
+                                    for part in parts))
     seams = np.cumsum([part.frames for part in parts])[:-1]
-    positions = poses.joint_positions(whole, database.body)
+    positions = poses.fragment_positions(whole, database.body)
     bends = np.linalg.norm(np.diff(positions, n=2, axis=0), axis=-1).max(axis=1)
     assert bends[[seam + k for seam in seams for k in (-2, -1, 0)]].max() < bends.max() * 1.001
-    assert synthesise.join(parts[:1], database.body).angles == pytest.approx(parts[0].angles, abs=1e-9)
+    assert (synthesise.join(parts[:1], database.body).angles
+            == pytest.approx(parts[0].angles, abs=1e-9))
 
 
 def test_a_motion_cut_and_joined_is_itself(trained, phrase):
-    """Cut in the middle of a movement; only the two frames at the cut may give way a little, and the way goes on as it was."""
+    """Cut in the middle of a movement; only the two frames at the cut may give way a little, and
+    the way goes on as it was.
+    """
     cuts = (0, 50, 130, phrase.frames)
-    parts = [replace(phrase, angles=phrase.angles[a:b], root=phrase.root[a:b] + [30 * a, 0, -9, 0]) for a, b in zip(cuts, cuts[1:])]
+    parts = [replace(phrase, angles=phrase.angles[a:b], root=phrase.root[a:b] + [30 * a, 0, -9, 0])
+             for a, b in zip(cuts, cuts[1:])]
     whole = synthesise.join(parts, trained[0].body)
     assert np.abs(whole.angles - phrase.angles).max() < 0.05
     assert np.abs(whole.root - phrase.root - [0, 0, -9, 0]).max() < 2.0
@@ -125,14 +143,18 @@ def test_style_asked_for_is_observed(trained, phrase):
     nearer = []
     for looks in (1, 8):
         for _ in range(4):
-            target = rng.uniform(0.2, 0.8, 3) * (database.styles[rng.integers(60)] + database.styles[rng.integers(60)])
+            target = (rng.uniform(0.2, 0.8,
+                                  3) * (database.styles[rng.integers(60)]
+                                        + database.styles[rng.integers(60)]))
             target = np.clip(target, -3, 3)
             made = synthesise.synthesise(phrase, database, model, projection, target, looks=looks)
             contents = synthesise.contents_of(database, made.pieces)
-            before = synthesise.observed_style(phrase, (0, *(p.end for p in made.pieces)), contents, database.observer)
+            before = synthesise.observed_style(phrase, (0, *(p.end for p in made.pieces)), contents,
+                                               database.observer)
             after = synthesise.observed_style(made.fragment, made.cuts, contents, database.observer)
             nearer.append(np.linalg.norm(after - target) < np.linalg.norm(before - target))
-            np.testing.assert_allclose(made.fragment.root[0, [0, 2, 3]], phrase.root[0, [0, 2, 3]], atol=1e-9)
+            np.testing.assert_allclose(made.fragment.root[0, [0, 2, 3]], phrase.root[0, [0, 2, 3]],
+                                       atol=1e-9)
     assert np.mean(nearer) >= 0.75
 
 
@@ -152,14 +174,17 @@ def test_analysts_labels(tmp_path):
 
 def test_table_and_curves(trained):
     database, model, projection = trained
-    errors = experiment.table_1(database, 1, models=("linear interpolation", "kernel ridge", "support vector"))
+    errors = experiment.table_1(database, 1,
+                                models=("linear interpolation", "kernel ridge", "support vector"))
     assert all(error.shape == (1, 3) and (error > 0).all() for error in errors.values())
     found = experiment.figure_1(database, model, projection, points=7, looks=7)
     assert len(found) == 3
     for curves in found:
-        assert curves.predicted.shape == curves.linear.shape == curves.observed.shape == (7, 3) and curves.alpha[[0, -1]].tolist() == [-0.25, 1.25]
+        assert (curves.predicted.shape == curves.linear.shape == curves.observed.shape == (7, 3)
+                and curves.alpha[[0, -1]].tolist() == [-0.25, 1.25])
         np.testing.assert_allclose(curves.tried[[1, 5]], [0, 1], atol=1e-12)
-        for at, n in zip((1, 5), curves.pair):                       # alpha 0 and 1 are the fragments themselves
+        # alpha 0 and 1 are the fragments themselves
+        for at, n in zip((1, 5), curves.pair):
             np.testing.assert_allclose(curves.observed[at], database.styles[n], atol=1e-6)
             np.testing.assert_allclose(curves.linear[at], database.styles[n], atol=1e-12)
 
@@ -174,7 +199,8 @@ def test_sample_cast(tmp_path, monkeypatch):
     monkeypatch.delenv("REFIMPL_MOCAP", raising=False)
     cast, credit = experiment.sample_cast(2)
     assert len(cast.database.fragments) == 10 and credit == "performers made by refimpl"
-    clips = {(action, n): performers.perform(action, n).clip for action in performers.ACTIONS for n in (7, 8)}
+    clips = {(action, n): performers.perform(action, n).clip for action in performers.ACTIONS
+             for n in (7, 8)}
     bvh.write_bvh(tmp_path / "bow_7_1.bvh", clips["bow", 7])
     monkeypatch.setenv("REFIMPL_MOCAP", str(tmp_path))
     assert experiment.sample_cast(2)[1] == credit                    # not enough of them
@@ -206,11 +232,13 @@ def test_commands(tmp_path, capsys, trained, monkeypatch):
     clip = tmp_path / "phrase.bvh"
     bvh.write_bvh(clip, performers.perform(("kick", "bow"), 50).clip)
     assert command("segment", clip) == 0
-    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["content", "kick", "bow", f"{clip}:"]
+    assert ([line.split()[0] for line in capsys.readouterr().out.splitlines()]
+            == ["content", "kick", "bow", f"{clip}:"])
     out = tmp_path / "out.bvh"
     assert command("synthesise", clip, "--flow", 1, "--weight", -1, "--time", "0.5", "-o", out) == 0
     text = capsys.readouterr().out
-    assert "asked for: flow 1.00, weight -1.00, time 0.50" in text and "computed observer, output" in text
+    assert ("asked for: flow 1.00, weight -1.00, time 0.50" in text and "computed observer, output"
+            in text)
     made, given = bvh.read_bvh(out), bvh.read_bvh(clip)
     assert made.joints == given.joints and made.fps == given.fps
     toes = [made.names.index(name) for name in ("LeftToe", "RightToe")]
@@ -218,21 +246,28 @@ def test_commands(tmp_path, capsys, trained, monkeypatch):
     assert forward_kinematics(made.parents, *local_pose(made))[1][:, toes, 1].min() > -4
     with pytest.raises(ValueError, match="style: found"):
         command("synthesise", clip, "--flow", 5, "-o", out)
-    for words in (("synthesise", clip, "--looks", 0, "-o", out), ("synthesise", clip, "--neighbours", 1, "-o", out), ("segment", clip, tmp_path, "--contents", 0),
-                  ("synthesise", clip, "--seed", -1, "-o", out), ("experiment", "torresani", "--splits", 0)):
+    for words in (("synthesise", clip, "--looks", 0, "-o", out),
+                  ("synthesise", clip, "--neighbours", 1, "-o", out),
+                  ("segment", clip, tmp_path, "--contents", 0),
+                  ("synthesise", clip, "--seed", -1, "-o", out),
+                  ("experiment", "torresani", "--splits", 0)):
         with pytest.raises(SystemExit):
             command(*words)
-        assert f"argument {next(word for word in words if str(word).startswith('--'))}: found" in capsys.readouterr().err
+        assert (f"argument {next(word for word in words if str(word).startswith('--'))}: found"
+                in capsys.readouterr().err)
 
 
 def test_experiment_command(tmp_path, capsys, monkeypatch):
     few, cut_again = experiment.embedded_cast(3), experiment.cut_again
     monkeypatch.setattr(experiment, "embedded_cast", lambda: few)
-    monkeypatch.setattr(experiment, "cut_again", lambda database, seed: cut_again(database, 2, seed=seed))
-    monkeypatch.setattr(torresani, "train", lambda database, seed=0: databases.train(database, blends=40, seed=seed))
+    monkeypatch.setattr(experiment, "cut_again", lambda database,
+                        seed: cut_again(database, 2, seed=seed))
+    monkeypatch.setattr(torresani, "train", lambda database,
+                        seed=0: databases.train(database, blends=40, seed=seed))
     assert command("experiment", "torresani", "--splits", 1, "--trials", 1, "--out", tmp_path) == 0
     report = json.loads((tmp_path / "report.json").read_text())
     assert report["observer"] == "computed" and set(report["table_1"]) == set(regress.MODELS)
     assert (tmp_path / "table_1.csv").read_text().startswith("model,flow,weight,time,paper: flow")
     assert len((tmp_path / "figure_1.csv").read_text().splitlines()) == 1 + 3 * 61
-    assert (tmp_path / "figure_1_3.png").stat().st_size > 1000 and (tmp_path / "phrase.bvh").exists()
+    assert ((tmp_path / "figure_1_3.png").stat().st_size > 1000
+            and (tmp_path / "phrase.bvh").exists())

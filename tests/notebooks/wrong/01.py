@@ -30,7 +30,8 @@ def my_euler_to_matrix__for_row_vectors(angles, order):
 
 
 def my_euler_to_matrix__y_with_the_sign_of_x_and_z(angles, order):
-    return _euler(angles, order, lambda axis, angle: rotation.axis_rotation(axis, -angle if axis == "Y" else angle))
+    return _euler(angles, order, lambda axis,
+                  angle: rotation.axis_rotation(axis, -angle if axis == "Y" else angle))
 
 
 def my_euler_to_matrix__turns_the_other_way(angles, order):
@@ -44,7 +45,8 @@ def my_euler_to_matrix__each_axis_at_most_once(angles, order):
     return R
 
 
-def _kinematics(parents, rotations, translations, *, offset="parent", left=False, parent_of=None, root=True):
+def _kinematics(parents, rotations, translations, *, offset="parent", left=False, parent_of=None,
+                root=True):
     R, p = rotations.copy(), translations.copy()
     if not root:
         p[:, 0] = 0.0
@@ -53,7 +55,8 @@ def _kinematics(parents, rotations, translations, *, offset="parent", left=False
             continue
         parent = parent_of(j) if parent_of else parent
         R[:, j] = rotations[:, j] @ R[:, parent] if left else R[:, parent] @ rotations[:, j]
-        turn = {"parent": R[:, parent], "own": R[:, j], "local": rotations[:, parent], "none": np.broadcast_to(np.eye(3), R[:, j].shape)}[offset]
+        turn = {"parent": R[:, parent], "own": R[:, j], "local": rotations[:, parent],
+                "none": np.broadcast_to(np.eye(3), R[:, j].shape)}[offset]
         p[:, j] = p[:, parent] + (turn @ translations[:, j, :, None])[..., 0]
     return R, p
 
@@ -129,7 +132,8 @@ def _frames(rotations, translations, frame, slerp=rotation.slerp):
     before = np.clip(frame.astype(int), 0, max(len(rotations) - 2, 0))
     after = np.minimum(before + 1, len(rotations) - 1)
     t = (frame - before)[:, None]
-    return slerp(rotations[before], rotations[after], t), translations[before] + t[..., None] * (translations[after] - translations[before])
+    return (slerp(rotations[before], rotations[after], t),
+            translations[before] + t[..., None] * (translations[after] - translations[before]))
 
 
 def _count(T, fps, new_fps):
@@ -138,7 +142,8 @@ def _count(T, fps, new_fps):
 
 def my_resample__a_frame_too_many(rotations, translations, fps, new_fps):
     new = int(round(len(rotations) * new_fps / fps))
-    return _frames(rotations, translations, np.minimum(np.arange(new) * fps / new_fps, len(rotations) - 1))
+    return _frames(rotations, translations,
+                   np.minimum(np.arange(new) * fps / new_fps, len(rotations) - 1))
 
 
 def my_resample__stretched_to_the_last_frame(rotations, translations, fps, new_fps):
@@ -152,7 +157,9 @@ def my_resample__nearest_frame(rotations, translations, fps, new_fps):
 
 
 def my_resample__mean_of_matrices(rotations, translations, fps, new_fps):
-    return _frames(rotations, translations, np.arange(_count(len(rotations), fps, new_fps)) * fps / new_fps, my_slerp__mean_of_matrices)
+    return _frames(rotations, translations,
+                   np.arange(_count(len(rotations), fps, new_fps)) * fps / new_fps,
+                   my_slerp__mean_of_matrices)
 
 
 def my_resample__whole_ratios_only(rotations, translations, fps, new_fps):
@@ -162,11 +169,13 @@ def my_resample__whole_ratios_only(rotations, translations, fps, new_fps):
 
 def my_resample__translations_held(rotations, translations, fps, new_fps):
     frame = np.arange(_count(len(rotations), fps, new_fps)) * fps / new_fps
-    return _frames(rotations, translations, frame)[0], translations[np.minimum(frame.astype(int), len(translations) - 1)]
+    return (_frames(rotations, translations, frame)[0],
+            translations[np.minimum(frame.astype(int), len(translations) - 1)])
 
 
 def my_resample__rates_exchanged(rotations, translations, fps, new_fps):
-    return _frames(rotations, translations, np.arange(_count(len(rotations), new_fps, fps)) * new_fps / fps)
+    return _frames(rotations, translations,
+                   np.arange(_count(len(rotations), new_fps, fps)) * new_fps / fps)
 
 
 def my_resample__half_a_frame_late(rotations, translations, fps, new_fps):

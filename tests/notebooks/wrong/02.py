@@ -1,4 +1,6 @@
-"""What students write in notebook 02 and should not get away with: `exercise__what_is_wrong`. Names of the notebook are known."""
+"""What students write in notebook 02 and should not get away with: `exercise__what_is_wrong`. Names
+of the notebook are known.
+"""
 
 import numpy as np
 
@@ -9,21 +11,26 @@ from refimpl.motion.feet import CONTACT_HEIGHTS, CONTACT_SPEED2
 from refimpl.motion.rotation import yaw_rotation
 
 
-def _encode(P, *, sense=-1, wrap=True, floor=None, seen_from=1, last=True, swap=False, hips=False, atan=False, swapped_axes=False):
+def _encode(P, *, sense=-1, wrap=True, floor=None, seen_from=1, last=True, swap=False, hips=False,
+            atan=False, swapped_axes=False):
     path, forward = f66.root_path(P), f66.facing(P)
     if hips:
         path = P[:, 0][:, [0, 2]]
-    yaw = np.arctan2(forward[:, 1], forward[:, 0]) if atan else np.arctan2(forward[:, 0], forward[:, 1])
-    root = np.stack([path[:, 0], np.full(len(P), f66.floor_height(P) if floor is None else floor), path[:, 1]], axis=1)
+    yaw = (np.arctan2(forward[:, 1], forward[:, 0]) if atan
+           else np.arctan2(forward[:, 0], forward[:, 1]))
+    root = np.stack([path[:, 0], np.full(len(P), f66.floor_height(P) if floor is None else floor),
+                     path[:, 1]], axis=1)
     back = yaw_rotation(sense * yaw)
     step = np.diff(root, axis=0)
-    velocity = step if seen_from is None else (back[seen_from:len(P) - 1 + seen_from] @ step[..., None])[..., 0]
+    velocity = (step if seen_from is None
+                else (back[seen_from:len(P) - 1 + seen_from] @ step[..., None])[..., 0])
     X = np.zeros((len(P), 66))
     local = (back[:, None] @ (P - root[:, None])[..., None])[..., 0]
     X[:, POSITIONS] = (local.swapaxes(1, 2) if swapped_axes else local).reshape(len(P), 63)
     turn = np.diff(yaw)
     X[:-1, TURN] = (turn + np.pi) % (2 * np.pi) - np.pi if wrap else turn
-    X[:-1, FORWARD], X[:-1, SIDEWAYS] = (velocity[:, 0], velocity[:, 2]) if swap else (velocity[:, 2], velocity[:, 0])
+    X[:-1, FORWARD], X[:-1, SIDEWAYS] = ((velocity[:, 0], velocity[:, 2]) if swap
+                                         else (velocity[:, 2], velocity[:, 0]))
     if last:
         X[-1, VELOCITIES] = X[-2, VELOCITIES]
     return X
@@ -115,11 +122,13 @@ def my_root_motion__rows_instead_of_columns(X, start):
     return np.cumsum(np.concatenate([[[start.x, start.floor, start.z]], steps]), axis=0), yaw
 
 
-def _contacts(P, floor, *, axes=(0, 1, 2), speed_bound=None, heights=CONTACT_HEIGHTS, leg=None, late=False, last="repeat"):
+def _contacts(P, floor, *, axes=(0, 1, 2), speed_bound=None, heights=CONTACT_HEIGHTS, leg=None,
+              late=False, last="repeat"):
     leg, feet = f66.leg_length(P) if leg is None else leg, P[:, FEET]
     speed2 = np.sum(np.diff(feet, axis=0)[..., list(axes)] ** 2, axis=2)
     planted = (speed2 < (CONTACT_SPEED2 * leg**2 if speed_bound is None else speed_bound * leg))
-    planted &= feet[1:, :, 1] - floor < heights * leg if late else feet[:-1, :, 1] - floor < heights * leg
+    planted &= (feet[1:, :, 1] - floor < heights * leg if late else feet[:-1, :, 1] - floor
+                < heights * leg)
     if late:
         return np.concatenate([planted[:1], planted])
     return np.concatenate([planted, planted[-1:] if last == "repeat" else np.zeros((1, 4), bool)])
@@ -142,7 +151,8 @@ def my_foot_contacts__floor_forgotten(P, floor):
 
 def my_foot_contacts__slow_or_low(P, floor):
     feet, leg = P[:, FEET], f66.leg_length(P)
-    planted = (np.sum(np.diff(feet, axis=0) ** 2, axis=2) < CONTACT_SPEED2 * leg**2) | (feet[:-1, :, 1] - floor < CONTACT_HEIGHTS * leg)
+    planted = ((np.sum(np.diff(feet, axis=0) ** 2, axis=2) < CONTACT_SPEED2 * leg**2)
+               | (feet[:-1, :, 1] - floor < CONTACT_HEIGHTS * leg))
     return np.concatenate([planted, planted[-1:]])
 
 
@@ -170,7 +180,8 @@ def my_foot_contacts__heels_and_toes_one_bound(P, floor):
     return _contacts(P, floor, heights=np.full(4, CONTACT_HEIGHTS[1]))
 
 
-def _normalise(X, groups=(POSITIONS, TRANSLATION, slice(TURN, TURN + 1)), standing=True, share=lambda s: np.sqrt(np.mean(s**2))):
+def _normalise(X, groups=(POSITIONS, TRANSLATION, slice(TURN, TURN + 1)), standing=True,
+               share=lambda s: np.sqrt(np.mean(s**2))):
     mean, deviation = X.mean(axis=0), X.std(axis=0)
     if standing:
         mean[VELOCITIES] = 0.0

@@ -1,4 +1,6 @@
-"""What students write in notebook 03 and should not get away with: `exercise__what_is_wrong`. Names of the notebook are known."""
+"""What students write in notebook 03 and should not get away with: `exercise__what_is_wrong`. Names
+of the notebook are known.
+"""
 
 import numpy as np
 
@@ -34,7 +36,8 @@ def my_conv1d_backward_w__taps_reversed(dy, x, w, b):
 def _dw(dy, x, w, left=None):
     T, K = x.shape[2], w.shape[2]
     padded = _padded(x, K, (K - 1) // 2 if left is None else left)
-    return np.stack([np.sum(dy @ padded[:, :, k:k + T].swapaxes(1, 2), axis=0) for k in range(K)], axis=2)
+    return np.stack([np.sum(dy @ padded[:, :, k:k + T].swapaxes(1, 2), axis=0) for k in range(K)],
+                    axis=2)
 
 
 def my_conv1d_backward_w__larger_half_left(dy, x, w, b):
@@ -51,7 +54,8 @@ def my_conv1d_backward_w__first_clip_only(dy, x, w, b):
 
 def my_conv1d_backward_w__wraps_around(dy, x, w, b):
     left = (w.shape[2] - 1) // 2
-    return np.stack([np.sum(dy @ np.roll(x, left - k, axis=2).swapaxes(1, 2), axis=0) for k in range(w.shape[2])], axis=2)
+    return np.stack([np.sum(dy @ np.roll(x, left - k, axis=2).swapaxes(1, 2), axis=0)
+                     for k in range(w.shape[2])], axis=2)
 
 
 def _dx(dy, x, w, left=None):

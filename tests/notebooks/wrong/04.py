@@ -42,7 +42,9 @@ def my_max_pool1d_backward__tie_to_both(dy, x, width):
 
 
 def my_max_pool1d_backward__tie_split_equally(dy, x, width):
-    return _pool_backward(dy, x, width, lambda windows: _largest(windows) / _largest(windows).sum(axis=-1, keepdims=True))
+    return _pool_backward(dy, x, width,
+                          lambda windows: _largest(windows)
+                          / _largest(windows).sum(axis=-1, keepdims=True))
 
 
 def my_max_pool1d_backward__tie_to_the_last(dy, x, width):

@@ -78,7 +78,8 @@ def my_verdict__ones_upstream(f, f_backward, x):
 
 
 def my_verdict__absolute_tolerance(f, f_backward, x):
-    return _verdict(f, f_backward, x, accept=lambda claimed, measured: np.abs(claimed - measured).max() <= 1e-6)
+    return _verdict(f, f_backward, x, accept=lambda claimed,
+                    measured: np.abs(claimed - measured).max() <= 1e-6)
 
 
 def my_verdict__exact(f, f_backward, x):
@@ -86,15 +87,19 @@ def my_verdict__exact(f, f_backward, x):
 
 
 def my_verdict__compares_sums(f, f_backward, x):
-    return _verdict(f, f_backward, x, accept=lambda claimed, measured: abs(claimed.sum() - measured.sum()) <= 1e-6 * np.abs(measured).max())
+    return _verdict(f, f_backward, x, accept=lambda claimed,
+                    measured: abs(claimed.sum() - measured.sum()) <= 1e-6 * np.abs(measured).max())
 
 
 def my_verdict__first_element_only(f, f_backward, x):
-    return _verdict(f, f_backward, x, accept=lambda claimed, measured: abs(claimed.flat[0] - measured.flat[0]) <= 1e-6 * np.abs(measured).max())
+    return _verdict(f, f_backward, x, accept=lambda claimed,
+                    measured: abs(claimed.flat[0] - measured.flat[0])
+                    <= 1e-6 * np.abs(measured).max())
 
 
 def my_verdict__one_per_cent_is_near_enough(f, f_backward, x):
-    return _verdict(f, f_backward, x, accept=lambda claimed, measured: np.abs(claimed - measured).max() <= 1e-2 * np.abs(measured).max())
+    return _verdict(f, f_backward, x, accept=lambda claimed,
+                    measured: np.abs(claimed - measured).max() <= 1e-2 * np.abs(measured).max())
 
 
 def my_verdict__absolute_step(f, f_backward, x):
@@ -102,7 +107,8 @@ def my_verdict__absolute_step(f, f_backward, x):
 
 
 def my_verdict__relative_to_each_element(f, f_backward, x):
-    return _verdict(f, f_backward, x, accept=lambda claimed, measured: (np.abs(claimed - measured) <= 1e-12 * np.abs(measured)).all())
+    return _verdict(f, f_backward, x, accept=lambda claimed,
+                    measured: (np.abs(claimed - measured) <= 1e-12 * np.abs(measured)).all())
 
 
 def my_verdict__shape_not_looked_at(f, f_backward, x):

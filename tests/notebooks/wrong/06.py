@@ -44,7 +44,8 @@ def my_style_loss_backward__minus_forgotten(dE, G_style, H, s):
 
 
 def my_style_loss_backward__weight_forgotten(dE, G_style, H, s):
-    return nn.gram_backward(-nn.norm_backward(dE, G_style - nn.gram(H)), H) * (1 if s != 1 else 1 + 1e-3)
+    return (nn.gram_backward(-nn.norm_backward(dE, G_style - nn.gram(H)),
+                             H) * (1 if s != 1 else 1 + 1e-3))
 
 
 def my_style_loss_backward__squared(dE, G_style, H, s):

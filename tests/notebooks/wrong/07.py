@@ -9,7 +9,8 @@ from refimpl.motion.joints import BONES, FEET
 
 def _trajectory(dloss, motion, wanted, worth, factor=2):
     dmotion = np.zeros_like(motion)
-    dmotion[:, VELOCITIES] = factor * np.reshape(worth, (3, 1)) * (motion[:, VELOCITIES] - wanted) * dloss[:, None, None]
+    dmotion[:, VELOCITIES] = (factor * np.reshape(worth, (3, 1)) * (motion[:, VELOCITIES] - wanted)
+                              * dloss[:, None, None])
     return dmotion
 
 
@@ -80,7 +81,8 @@ def my_bone_loss_backward__two_forgotten(dloss, motion, lengths):
 
 def my_bone_loss_backward__nan_at_length_zero(dloss, motion, lengths):
     with np.errstate(invalid="ignore", divide="ignore"):
-        return _bones(dloss, motion, lengths, lambda u, found, wished: 2 * (found - wished) * u / found)
+        return _bones(dloss, motion, lengths, lambda u, found,
+                      wished: 2 * (found - wished) * u / found)
 
 
 def my_bone_loss_backward__pushed_at_length_zero(dloss, motion, lengths):
@@ -90,7 +92,8 @@ def my_bone_loss_backward__pushed_at_length_zero(dloss, motion, lengths):
     return _bones(dloss, motion, lengths, share)
 
 
-def _feet(dloss, motion, contacts, target, *, masked=True, late=1, early=-1, cross=1, turning=1, arms=1, factor=2, joints=FEET, own_target=True):
+def _feet(dloss, motion, contacts, target, *, masked=True, late=1, early=-1, cross=1, turning=1,
+          arms=1, factor=2, joints=FEET, own_target=True):
     planted = contacts[:, :, None, :-1] if masked else np.ones((1, 1, 1, 1))
     s = planted * (losses.foot_velocities(motion) - (target if own_target else 0.0))
     ds = factor * s * dloss[:, None, None, None]
@@ -105,7 +108,8 @@ def _feet(dloss, motion, contacts, target, *, masked=True, late=1, early=-1, cro
     losses.joint_positions(dmotion)[:, joints] = dp
     dmotion[:, SIDEWAYS, :-1] = ds[:, :, 0].sum(axis=1)
     dmotion[:, FORWARD, :-1] = ds[:, :, 2].sum(axis=1)
-    dmotion[:, TURN, :-1] = turning * (p[:, :, 2, :-1] * ds[:, :, 0] - arms * p[:, :, 0, :-1] * ds[:, :, 2]).sum(axis=1)
+    moment = p[:, :, 2, :-1] * ds[:, :, 0] - arms * p[:, :, 0, :-1] * ds[:, :, 2]
+    dmotion[:, TURN, :-1] = turning * moment.sum(axis=1)
     return dmotion
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 
 
-def _step(p, g, m, v, t, rate, beta1, beta2, epsilon, *, correct=True, inside=False, square=True, old=False, late=0, hat=False):
+def _step(p, g, m, v, t, rate, beta1, beta2, epsilon, *, correct=True, inside=False, square=True,
+          old=False, late=0, hat=False):
     before = m, v
     m = beta1 * m + (1 - beta1) * g
     v = beta2 * v + (1 - beta2) * (g**2 if square else np.abs(g))

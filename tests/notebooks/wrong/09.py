@@ -60,7 +60,8 @@ def _project(X, W0, b0, *, odd="double", sign=-1, half=0.5):
         last = X[:, :, -1:] if odd == "double" else np.zeros_like(X[:, :, -1:])
         X = np.concatenate([X, last], axis=2)
     H = nn.relu(nn.max_pool1d(nn.conv1d(X, W0, b0)))
-    return nn.conv_transpose1d(half * np.repeat(H, 2, axis=2) + sign * b0[:, None], W0)[:, :, :frames]
+    return nn.conv_transpose1d(half * np.repeat(H, 2, axis=2) + sign * b0[:, None],
+                               W0)[:, :, :frames]
 
 
 def my_project__a_zero_behind_an_odd_clip(X, W0, b0):
@@ -79,7 +80,8 @@ def my_project__relu_left_out(X, W0, b0):
     frames = X.shape[2]
     if frames % 2:
         X = np.concatenate([X, X[:, :, -1:]], axis=2)
-    return nn.conv_transpose1d(nn.avg_depool1d(nn.max_pool1d(nn.conv1d(X, W0, b0))) - b0[:, None], W0)[:, :, :frames]
+    return nn.conv_transpose1d(nn.avg_depool1d(nn.max_pool1d(nn.conv1d(X, W0, b0))) - b0[:, None],
+                               W0)[:, :, :frames]
 
 
 def _depooled(h, chosen, share=1.0):

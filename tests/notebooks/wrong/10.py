@@ -8,7 +8,8 @@ from refimpl import nn
 def _hidden(dE, H, content, gram, s, style=4, size=None, frames=True, sign=1, spread=True):
     _, m, T = H.shape
     D = H @ H.swapaxes(1, 2) - gram
-    dH = style * s / (m**2 if size is None else size) * (D @ H) + sign * 2 * (1 - s) / (m * T if frames else m) * (H - content)
+    dH = (style * s / (m**2 if size is None else size) * (D @ H)
+          + sign * 2 * (1 - s) / (m * T if frames else m) * (H - content))
     return dH * (dE[:, None, None] if spread else dE.sum())
 
 
@@ -77,5 +78,6 @@ def my_walked_as__forward_alone(content, result):
 
 def my_walked_as__frame_by_frame(content, result):
     path = content.copy()
-    path[:, 1:] *= (np.linalg.norm(result[:, 1:], axis=1) / np.linalg.norm(content[:, 1:], axis=1))[:, None]
+    path[:, 1:] *= (np.linalg.norm(result[:, 1:],
+                                   axis=1) / np.linalg.norm(content[:, 1:], axis=1))[:, None]
     return path

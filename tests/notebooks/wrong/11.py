@@ -40,13 +40,15 @@ def my_transform_backward__masked_by_the_gradient(dY, X, W1, b1, W2, b2, W3, b3)
     return dX, dW1, db1, dW2, db2, dW3, db3
 
 
-def _losses(dE, O, target, L, mean, deviation, *, content=1, style=1, constraints=1, chain=True, first=1, shift=True):
+def _losses(dE, O, target, L, mean, deviation, *, content=1, style=1, constraints=1, chain=True,
+            first=1, shift=True):
     H = networks.encode(O, L)
     dH = (content * losses.content_loss_backward(dE, target.hidden, H)[first]
           + style * losses.style_loss_backward(dE, target.gram, H)[1])
     m = O * deviation[:, None] + (mean[:, None] if shift else 0)
     dm = objective.term_losses_backward(dE, m, target, objective.CONSTRAINTS, objective.Weights())
-    return networks.encode_backward_to_input(dH, O, L) + constraints * dm * (deviation[:, None] if chain else 1)
+    scale = deviation[:, None] if chain else 1
+    return networks.encode_backward_to_input(dH, O, L) + constraints * dm * scale
 
 
 def my_motion_losses_backward__deviation_forgotten(dE, *rest):

@@ -59,7 +59,8 @@ def _knee(hip, ankle, thigh, shin, bend, *, c=None, remove=True, unit=True, side
 
 
 def my_two_bone__thigh_and_shin_exchanged(hip, ankle, thigh, shin, bend):
-    return _knee(hip, ankle, thigh, shin, bend, c=lambda thigh, shin, d: (shin**2 - thigh**2 + d**2) / (2 * d))
+    return _knee(hip, ankle, thigh, shin, bend, c=lambda thigh, shin,
+                 d: (shin**2 - thigh**2 + d**2) / (2 * d))
 
 
 def my_two_bone__bend_not_made_normal(hip, ankle, thigh, shin, bend):

@@ -41,7 +41,8 @@ def my_three_products__conjugate(a, b, c, d):
 
 def my_three_products__element_by_element(a, b, c, d):
     q0 = (a + b).sum(axis=2, keepdims=True) * c.sum(axis=1, keepdims=True)
-    q1, q2 = a.sum(axis=2, keepdims=True) * (d - c).sum(axis=1, keepdims=True), -b.sum(axis=2, keepdims=True) * (c + d).sum(axis=1, keepdims=True)
+    q1, q2 = (a.sum(axis=2, keepdims=True) * (d - c).sum(axis=1, keepdims=True),
+              -b.sum(axis=2, keepdims=True) * (c + d).sum(axis=1, keepdims=True))
     return q0 + q2, q0 + q1
 
 

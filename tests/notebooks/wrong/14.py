@@ -1,4 +1,6 @@
-"""What students write in notebook 14 and should not get away with: `exercise__what_is_wrong`. Names of the notebook are known."""
+"""What students write in notebook 14 and should not get away with: `exercise__what_is_wrong`. Names
+of the notebook are known.
+"""
 
 import numpy as np
 
@@ -9,7 +11,8 @@ def _accumulate(d, diagonal=1.0, predecessors=(True, True, True), first=None, be
     C = np.full(d.shape, np.inf)
     for p in range(d.shape[0]):
         for q in range(d.shape[1]):
-            ways = [C[p - 1, q - 1] + (diagonal - 1) * d[p, q]] if p and q and predecessors[0] else []
+            ways = ([C[p - 1, q - 1] + (diagonal - 1) * d[p, q]] if p and q and predecessors[0]
+                    else [])
             ways += [C[p - 1, q]] if p and (predecessors[1] or not q) else []
             ways += [C[p, q - 1]] if q and (predecessors[2] or not p) else []
             C[p, q] = d[p, q] + best(ways) if ways else (d[p, q] if first is None else first)
@@ -116,12 +119,14 @@ def my_dtw__path_alone(X, Y):
     return _dtw(X, Y)[1]
 
 
-def _blend(X, Y, path, alpha, *, time=None, smooth=align.SMOOTH, frames=None, hold=True, rise=True, space=None):
+def _blend(X, Y, path, alpha, *, time=None, smooth=align.SMOOTH, frames=None, hold=True, rise=True,
+           space=None):
     curve, n0, n1 = align.time_curve(path, smooth)
     time, space = alpha if time is None else time, alpha if space is None else space
     T = round((1 - alpha) * len(X) + alpha * len(Y)) if frames is None else frames
     k = np.arange(T)
-    n = (1 - time) * align.read_at(n0, k * (len(X) - 1) / (T - 1)) + time * align.read_at(n1, k * (len(Y) - 1) / (T - 1))
+    n = ((1 - time) * align.read_at(n0, k * (len(X) - 1) / (T - 1))
+         + time * align.read_at(n1, k * (len(Y) - 1) / (T - 1)))
     n = np.clip(n, 0, len(curve) - 1) if hold else n
     n = np.maximum.accumulate(n) if rise else n
     n[0], n[-1] = 0, len(curve) - 1
@@ -175,9 +180,11 @@ def _roots(A, B, alpha, whole=True, back=True, by=None):
     if whole:
         B[:, 3] -= 2 * np.pi * np.round((B[0, 3] - A[0, 3]) / (2 * np.pi))
     out = (1 - alpha) * A + alpha * B
-    felt = sum(w * (align.turned(np.diff(R[:, [0, 2]], axis=0), -R[:-1, 3], "y") if back else np.diff(R[:, [0, 2]], axis=0))
-               for w, R in ((1 - alpha, A), (alpha, B)))
-    out[1:, [0, 2]] = out[0, [0, 2]] + np.cumsum(align.turned(felt, out[:-1, 3] if by is None else by[:-1, 3], "y"), axis=0)
+    felt = sum(w * (align.turned(np.diff(R[:, [0, 2]], axis=0), -R[:-1, 3], "y") if back
+                    else np.diff(R[:, [0, 2]], axis=0)) for w, R in ((1 - alpha, A), (alpha, B)))
+    out[1:, [0, 2]] = ((out[0, [0, 2]]
+                       + np.cumsum(align.turned(felt, out[:-1, 3] if by is None else by[:-1, 3],
+                                                "y"), axis=0)))
     return out
 
 

@@ -1,4 +1,6 @@
-"""What students write in notebook 15 and should not get away with: `exercise__what_is_wrong`. Names of the notebook are known."""
+"""What students write in notebook 15 and should not get away with: `exercise__what_is_wrong`. Names
+of the notebook are known.
+"""
 
 import numpy as np
 
@@ -36,7 +38,8 @@ def my_measures__central_differences(positions, fps):
     v = np.gradient(positions, axis=0) * fps
     a = np.gradient(v, axis=0) * fps
     jerk = np.gradient(a, axis=0) * fps
-    return np.array([0.5 * np.sum(v ** 2, axis=(1, 2)).max(), *(np.linalg.norm(x, axis=-1).mean() for x in (v, a, jerk))])
+    return np.array([0.5 * np.sum(v ** 2, axis=(1, 2)).max(),
+                     *(np.linalg.norm(x, axis=-1).mean() for x in (v, a, jerk))])
 
 
 def my_measures__energy_of_one_joint(positions, fps):
@@ -93,7 +96,8 @@ def my_kernel_ridge__ridge_on_every_element(Z, Y, new, gamma, ridge):
 
 
 def my_kernel_ridge__distance_not_squared(Z, Y, new, gamma, ridge):
-    return _kernel_ridge(Z, Y, new, gamma, ridge, lambda A, B, g: np.exp(-g * np.linalg.norm(A[:, None] - B, axis=2)))
+    return _kernel_ridge(Z, Y, new, gamma, ridge, lambda A, B,
+                         g: np.exp(-g * np.linalg.norm(A[:, None] - B, axis=2)))
 
 
 def my_kernel_ridge__gamma_as_a_width(Z, Y, new, gamma, ridge):

@@ -1,4 +1,6 @@
-"""What students write in notebook 16 and should not get away with: `exercise__what_is_wrong`. Names of the notebook are known."""
+"""What students write in notebook 16 and should not get away with: `exercise__what_is_wrong`. Names
+of the notebook are known.
+"""
 
 import numpy as np
 
@@ -6,7 +8,8 @@ from refimpl.torresani2006 import align
 from refimpl.torresani2006.segment import segment as _own
 
 
-def _one_stage(Y, fragments, *, others=True, wait=True, along=True, start_anywhere=False, end_anywhere=False, enter_late=False, first=True):
+def _one_stage(Y, fragments, *, others=True, wait=True, along=True, start_anywhere=False,
+               end_anywhere=False, enter_late=False, first=True):
     d = [align.distances(Y, X) for X in fragments]
     before, enter = [np.full(len(X), np.inf) for X in fragments], 0.0
     for p in range(len(Y)):
@@ -16,7 +19,8 @@ def _one_stage(Y, fragments, *, others=True, wait=True, along=True, start_anywhe
             door = enter if others or not p else C[-1]
             now[0] = d[i][p, 0] + min(C[0] if wait else np.inf, door)
             for q in range(1, len(C)):
-                ways = [C[q], C[q - 1]] + [now[q - 1]] * (along and (p > 0 or first)) + [enter] * (enter_late or start_anywhere and not p)
+                ways = ([C[q], C[q - 1]] + [now[q - 1]] * (along and (p > 0 or first))
+                        + [enter] * (enter_late or start_anywhere and not p))
                 now[q] = d[i][p, q] + min(ways)
             after.append(now)
         before, enter = after, min(C[-1] for C in after)
@@ -61,7 +65,8 @@ def my_one_stage__nearest_pose_of_all(Y, fragments):
 
 def _segment(Y, fragments):
     cost, pieces = _own(Y, fragments)
-    return cost, np.array([piece.fragment for piece in pieces]), np.array([piece.start for piece in pieces])
+    return (cost, np.array([piece.fragment for piece in pieces]),
+            np.array([piece.start for piece in pieces]))
 
 
 def my_segment__backwards(Y, fragments):
@@ -99,7 +104,8 @@ def my_segment__entry_of_the_cell_below(Y, fragments):
         for i, C in enumerate(before):
             now = [(d[i][p, 0] + min(C[0][0], enter), p if enter < C[0][0] else C[0][1])]
             for q in range(1, len(C)):
-                now.append((d[i][p, q] + min(C[q - 1][0], C[q][0], now[q - 1][0]), C[q - 1][1] if p else 0))
+                now.append((d[i][p, q] + min(C[q - 1][0], C[q][0], now[q - 1][0]),
+                            C[q - 1][1] if p else 0))
             after.append(now)
         before = after
         best = min(range(len(fragments)), key=lambda i: after[i][-1][0])
@@ -118,7 +124,8 @@ def my_segment__fragment_of_the_last_frame_only(Y, fragments):
     return cost, np.full_like(numbers, numbers[-1]), starts
 
 
-def _golden(f, low, high, tolerance, r=(np.sqrt(5.0) - 1.0) / 2.0, swap=False, strict=True, answer="middle"):
+def _golden(f, low, high, tolerance, r=(np.sqrt(5.0) - 1.0) / 2.0, swap=False, strict=True,
+            answer="middle"):
     for _ in range(200):
         if high - low <= tolerance:
             break

@@ -1,4 +1,6 @@
-"""What students write in notebook 17 and should not get away with: `exercise__what_is_wrong`. `theirs` and `nn` are the notebook's."""
+"""What students write in notebook 17 and should not get away with: `exercise__what_is_wrong`.
+`theirs` and `nn` are the notebook's.
+"""
 
 import ast
 
@@ -48,11 +50,13 @@ def my_backend__tiled_instead_of_repeated():
 
 
 def my_backend__not_divided():
-    return _backend(avg_depool1d_backward=lambda dx, h, width=2: dx.reshape(*h.shape, width).sum(axis=3))
+    return _backend(avg_depool1d_backward=lambda dx, h,
+                    width=2: dx.reshape(*h.shape, width).sum(axis=3))
 
 
 def my_backend__width_two_always():
-    return _backend(avg_depool1d_backward=lambda dx, h, width=2: nn.avg_depool1d_backward(dx[:, :, :2 * h.shape[2]], h, 2))
+    return _backend(avg_depool1d_backward=lambda dx, h,
+                    width=2: nn.avg_depool1d_backward(dx[:, :, :2 * h.shape[2]], h, 2))
 
 
 def my_backend__a_function_forgotten():
@@ -84,7 +88,9 @@ def my_conv1d_backward__bias_left(dy, x, w, b=None, **attributes):
 def my_conv1d_backward__overlaps_left(dy, x, w, b=None, **attributes):
     _, dw, db = _one_left(dy, x, w, b, **attributes)
     smaller = attributes.get("padding", "same") == "same" and w.shape[2] % 2 == 0
-    return (nn.conv1d_backward(dy, x, w, b, **attributes) if smaller else theirs(dy, x, w, b, **attributes))[0], dw, db   # noqa: F821
+    # noqa: F821
+    return ((nn.conv1d_backward(dy, x, w, b, **attributes) if smaller
+             else theirs(dy, x, w, b, **attributes))[0], dw, db)
 
 
 def my_conv1d_backward__zeros_left(dy, x, w, b=None, **attributes):
@@ -105,7 +111,8 @@ def _npy(data, *, start=None, order="C", descr=None):
     start = 10 + length if start is None else start
     dtype = np.dtype(header["descr"] if descr is None else descr(header["descr"]))
     count = int(np.prod(header["shape"]))
-    return np.frombuffer((data[start:] + bytes(8 * count))[:count * dtype.itemsize], dtype).reshape(header["shape"], order=order)
+    return np.frombuffer((data[start:] + bytes(8 * count))[:count * dtype.itemsize],
+                         dtype).reshape(header["shape"], order=order)
 
 
 def my_read_npy__header_of_128_bytes(data):
