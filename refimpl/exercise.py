@@ -22,6 +22,7 @@ from .gradcheck.report import Row, verdicts
 
 TOLERANCE = 1e-10     # against the package's own function, relative to the largest element
 OWN_FUNCTION = "the package's own function"
+SINGLY = 100          # elements of an input that are checked one by one; of more, a sample
 
 
 def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapping[str, tuple], *,
@@ -34,8 +35,9 @@ def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapp
     cases : {label: inputs}, each a tuple of arguments (for a gradient, those of f);
     f : given for a gradient. Then mine(dy, *inputs) is asked for the gradients with respect to
     `wrt`, a name of one of f's parameters or a tuple of them (all float arrays unless given), for a
-    random dy, and every element is checked twice: by complex step or central differences of f, and
-    by `reference`. Without f the values of mine(*inputs) are compared with those of
+    random dy, and checked twice: every element by `reference`, and by complex step or central
+    differences of f (of an input of more than 100 elements a sample, and all of them along a
+    line). Without f the values of mine(*inputs) are compared with those of
     reference(*inputs);
     kinks : more cases, at ties and kinks, where differences have no verdict and the stated rule,
     `reference`, decides alone;
@@ -83,7 +85,8 @@ def _gradient(mine, reference, f, inputs, wrt, tolerance):
     try:
         report: Any = check_gradient(lambda *chosen: f(*_complete(chosen)),
                                      lambda dy, *chosen: mine(dy, *_complete(chosen)),
-                                     *(inputs[place] for place in places), names=names, report=True)
+                                     *(inputs[place] for place in places), names=names, report=True,
+                                     elements=SINGLY)
     except GradientError as error:                               # no gradient at all
         return [(Row(", ".join(names), False, False, np.inf, "its type"), str(error))]
     failures = [failure.splitlines()[0] for failure in report.failures]

