@@ -11,7 +11,8 @@ import numpy as np
 from ..fast import networks
 from ..fast.autoencoder import autoencoder_gradients
 from ..fast.gradients import style_gradients
-from ..holden2017.pairing import clean_windows, make_training_set
+from ..holden2017.pairing import make_training_set
+from ..motion.windows import clean_windows
 from ..experiments.measures import held_out_distances
 from ..holden2017.trained import Manifold
 from ..styles.files import save_manifold, save_style

@@ -19,7 +19,8 @@ from ..fast.shards import sharded
 from ..holden2016 import bridge
 from ..experiments.measures import held_out_distances
 from .checkpoint import Run, fingerprint, load_checkpoint, save_checkpoint
-from ..holden2017.pairing import clean_windows, make_training_set
+from ..holden2017.pairing import make_training_set
+from ..motion.windows import clean_windows
 from ..holden2017.networks import DEPOOLING, init_loss_network, init_transformation_network
 from ..holden2017.trained import Manifold
 from ..styles.files import load_manifold, save_manifold, save_style

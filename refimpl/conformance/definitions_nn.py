@@ -44,9 +44,9 @@ def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride:
         for k in range(K):                                       # and the Cg channels at once
             s = t * stride + k * dilation - left
             if 0 <= s < T:
-                y[n, o, t] += np.sum(w[o, :, k] * x[n, first:first + Cg, s])
+                y[n, o, t] += (w[o, :, k] * x[n, first:first + Cg, s]).sum()
             elif strange:                                        # 0 times infinity is NaN
-                y[n, o, t] += np.sum(w[o, :, k] * 0.0)
+                y[n, o, t] += (w[o, :, k] * 0.0).sum()
         if b is not None:
             y[n, o, t] += b[o]
     return y

@@ -24,7 +24,7 @@ from .report import row
 from .specification import Operation, as_tuple
 
 VALUES = 1e-12                                                   # relative to the largest element
-ELEMENTS = 12                  # of a gradient; of a larger one a sample, and all of it along a line
+ELEMENTS = 8                   # of a gradient; of a larger one a sample, and all of it along a line
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from .holden import TableRow, own_jerk
 from ..holden2016 import bridge, losses, own, rows, search
 from ..holden2016.network import decode, encode, project
 from ..holden2017 import losses as losses_2017
-from ..holden2017.train import annealed
+from ..nn.adam import annealed
 from ..motion.features import Start, bone_lengths, decode as world
 from ..motion.joints import FEET, JOINTS
 

@@ -20,7 +20,8 @@ from .classifiers import Classifier, fit_classifier, frechet_distance, gram_vect
 from .holden import TableRow, bone_errors, own_jerk, with_root
 from .measures import content_distance, style_distance
 from ..holden2017.trained import Manifold, Style
-from ..holden2017.transfer import Stylised, onto_skeleton, project_features, stylise, transfer
+from ..holden2017.transfer import project_features, stylise, transfer
+from ..motion.stylised import Stylised, onto_skeleton
 from ..motion.bvh import write_bvh
 from ..motion.body import Take, read_take, to_scale
 from ..motion.clip import Clip

@@ -18,7 +18,8 @@ from ..fast import networks
 from ..fast.autoencoder import autoencoder_gradients
 from ..fast.gradients import style_gradients
 from .classifiers import Classifier, fit_classifier, joint_vectors
-from ..holden2017.pairing import TrainingSet, clean_windows, make_training_set
+from ..holden2017.pairing import TrainingSet, make_training_set
+from ..motion.windows import clean_windows
 from .measures import style_distance
 from ..holden2017.trained import Manifold, Style
 from ..holden2017.objective import LEG, Weights

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..holden2017.networks import even as even_frames
 from ..holden2017.trained import Manifold
-from ..holden2017.transfer import Stylised, onto_skeleton
+from ..motion.stylised import Stylised, onto_skeleton
 from ..motion import features as f66
 from ..motion.dataset import Labelled
 from ..motion.body import Take
@@ -189,7 +189,7 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
     take's; it lies up to 0.69 units above the content's lowest toe.
 
     style : (T_s, 21, 3), points of a clip in the style at 60 frames a second, y up, in any unit
-    clean : lock the feet (`transfer.onto_skeleton`), which the code does not
+    clean : lock the feet (`motion.stylised.onto_skeleton`), which the code does not
     amount, iterations, constraint_iterations, watch : of `search.transfer`
     seed : of the noise
     Raises ValueError.

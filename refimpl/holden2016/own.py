@@ -33,9 +33,9 @@ from ..holden2017 import losses, networks as text
 from ..holden2017.networks import even as even_frames
 from ..holden2017.objective import (CONSTRAINTS, WEIGHTS, Batch, Weights, column, denormalise,
                                     term_losses, term_losses_backward)
-from ..holden2017.train import annealed
+from ..nn.adam import annealed
 from ..holden2017.trained import Manifold
-from ..holden2017.transfer import Stylised, onto_skeleton
+from ..motion.stylised import Stylised, onto_skeleton
 from ..motion.body import to_scale
 from ..motion.features import FEATURES, VELOCITIES, bone_lengths
 from . import search
@@ -117,7 +117,7 @@ def decoded_loss_backward(dloss: np.ndarray, H: np.ndarray, target: Batch,
 
 def minimise_annealed(H: np.ndarray, backward: Callable[[np.ndarray], np.ndarray], iterations: int,
                       rate: float) -> np.ndarray:
-    """Adam on hidden units, its rate annealed like that of a training (`train.annealed`).
+    """Adam on hidden units, its rate annealed like that of a training (`nn.adam.annealed`).
 
     backward : H ->  dH;  rate : the first   ->  H
 
@@ -197,8 +197,8 @@ def transfer(take: Any, exemplars: Sequence[Any], manifold: Manifold, *, clean: 
              networks: Any = text) -> Stylised:
     """Stylise a take by optimisation; its bones keep their own lengths.
 
-    take : Take;  exemplars : Takes in the style;  clean : see `transfer.onto_skeleton`
-    ->  `transfer.Stylised`
+    take : Take;  exemplars : Takes in the style;  clean : see `motion.stylised.onto_skeleton`
+    ->  Stylised
     """
     size = manifold.leg / take.leg
     moved = optimise(to_scale(take.features, take.leg, manifold.leg), take.contacts,

@@ -7,7 +7,6 @@ with the walk in that style.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-import re
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ import numpy as np
 from ..motion.dataset import Dataset, Labelled
 from ..motion.body import to_scale
 from ..motion.features import VELOCITIES
-from ..motion.windows import Normaliser, fit_normaliser, windows
+from ..motion.windows import windows
 from . import networks as text
 from .trained import Manifold, Style
 from ..motion.known import Known, known
@@ -28,20 +27,6 @@ Exemplars = dict[str, list[np.ndarray]]
 
 class PairingError(ValueError):
     """The dataset holds no such clips; the message says which were looked for and what there is."""
-
-
-def clean_windows(clips: Sequence[Labelled], source: str, *, form: str = "groups",
-                  dtype: Any = np.float32) -> tuple[np.ndarray, Normaliser]:
-    """What the loss network is trained on.
-
-    clips : at least one;  source : of their dataset;  form : of the normaliser, of
-    `motion.windows.FORMS`   ->  windows (N, 66, T), the normaliser of these clips
-    """
-    frames, contacts = (np.concatenate([getattr(clip, part) for clip in clips])
-                        for part in ("features", "contacts"))
-    normaliser = fit_normaliser(frames, source, contacts=contacts, form=form)
-    cut = np.concatenate([windows(clip.features, clip.contacts)[0] for clip in clips])
-    return _normalised(normaliser, cut, dtype), normaliser
 
 
 @dataclass(frozen=True)
@@ -113,18 +98,6 @@ def pair_contents(contents: Iterable[str], exemplar_contents: Iterable[str]) -> 
     return pairs
 
 
-def named(clips: Iterable[Labelled], pattern: str | None) -> tuple[Labelled, ...]:
-    """The clips in whose name the regular expression is found; all without one.
-
-    Raises PairingError on a bad expression.
-    """
-    try:
-        return tuple(clip for clip in clips if pattern is None or re.search(pattern, clip.name))
-    except re.error as error:
-        raise PairingError(f"pattern {pattern!r}: found {error}, needed a regular "
-                           "expression") from None
-
-
 def make_training_set(dataset: Dataset, manifold: Manifold, style: str, *,
                       content_style: str = "normal", clips: str | None = None,
                       exemplars: str | None = None, contents: Sequence[str] | None = None,
@@ -137,26 +110,23 @@ def make_training_set(dataset: Dataset, manifold: Manifold, style: str, *,
     contents : labels to train for (all);  pairs : {content: exemplar content} where names alone do
     not pair them;  networks : as in `gram_targets`
     ->  TrainingSet, held-out content clips, {content: list of exemplar features (T, 66)}
-    Raises PairingError when no exemplar or no content clip is left.
+    Raises PairingError when no exemplar or no content clip is left, LabelError for a pattern that
+    is no regular expression.
     """
-    shown = named(dataset.select(style=style, held_out=False), exemplars)
+    shown = dataset.select(style=style, held_out=False, name=exemplars)
     if not shown:
         raise PairingError(
             f"found no exemplar of style {style!r}{_by(exemplars)}, needed at least one; "
             f"the styles of this dataset are {', '.join(dataset.styles)}")
     sources = content_style.split(",")
-    for name in sources:
-        if name not in dataset.styles:
-            raise PairingError(
-                f"found no clip of style {name!r} to train on, needed one of the styles of this "
-                f"dataset: {', '.join(dataset.styles)}")
-    chosen = [clip for clip in named([c for c in dataset.clips if c.style in sources], clips)
-              if contents is None or clip.content in contents]
+    unknown = [name for name in sources if name not in dataset.styles]
+    chosen = [clip for clip in dataset.select(name=clips) if clip.style in sources
+              and (contents is None or clip.content in contents)]
     learned = [clip for clip in chosen if not clip.held_out]
-    if not learned:
+    if unknown or not learned:
         raise PairingError(
-            f"found no clip of style {content_style!r}{_by(clips)} to train on, needed at least "
-            f"one; the styles of this dataset are {', '.join(dataset.styles)}")
+            f"found no clip of style {(unknown or [content_style])[0]!r}{_by(clips)} to train on, "
+            f"needed at least one; the styles of this dataset are {', '.join(dataset.styles)}")
     by_content: Exemplars = {}
     for clip in shown:
         by_content.setdefault(clip.content, []).append(
@@ -176,7 +146,7 @@ def make_training_set(dataset: Dataset, manifold: Manifold, style: str, *,
     cut = [windows(scaled, clip.contacts) for clip, scaled in zip(learned, seen)]
     motion, contacts_of = (np.concatenate(arrays) for arrays in zip(*cut))
     dtype = manifold.params["W0"].dtype
-    X = _normalised(manifold.normaliser, motion, dtype)
+    X = manifold.normaliser.channels_first(motion, dtype)
     training_set = TrainingSet(
         X, contacts_of.swapaxes(1, 2).astype(dtype),
         motion[:, :, VELOCITIES].swapaxes(1, 2).astype(dtype),
@@ -185,11 +155,6 @@ def make_training_set(dataset: Dataset, manifold: Manifold, style: str, *,
         tuple(c.name for c in learned),
         tuple(c.name for c in shown if c.content in found.values()), found, known(seen))
     return training_set, tuple(c for c in chosen if c.held_out), paired
-
-
-def _normalised(normaliser: Normaliser, cut: np.ndarray, dtype: Any) -> np.ndarray:
-    """(N, T, 66)  ->  (N, 66, T)"""
-    return np.ascontiguousarray(normaliser.apply(cut).swapaxes(1, 2), dtype=dtype)
 
 
 def _by(pattern: str | None) -> str:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from .. import nn
+from ..nn.adam import annealed
 from .trained import Manifold
 from .networks import (CHANNELS, DEPOOLING, HIDDEN, WIDTH, Found, Gradients, Params, Reconstruction,
                        autoencoder_gradients, init_loss_network, init_transformation_network)
@@ -76,21 +77,17 @@ def train_autoencoder(X: np.ndarray, *, epochs: int, batch: int = BATCH,
     state = state or start_state(
         init_loss_network(np.random.default_rng(seed), hidden=hidden, width=width, dtype=X.dtype))
     of_batch = gradients(alpha)
-    for epoch in range(state.epoch + 1, epochs + 1):
-        rng = np.random.default_rng([seed, 1, epoch])
 
-        def step(params: Params, indices: np.ndarray) -> Found:
-            clean = X[indices]
-            keep = rng.random(clean.shape, dtype=np.float32) >= dropout
-            noisy = clean * keep * X.dtype.type(1 / (1 - dropout)) if dropout else None
-            units = (len(clean), clean.shape[2] // 2, len(params["b0"]))
-            chosen = (rng.integers(2, size=units, dtype=np.int8).swapaxes(1, 2)
-                      if depooling == "random" else None)
-            return of_batch(params, Reconstruction(clean, noisy, chosen))
+    def step(params: Params, indices: np.ndarray, rng: np.random.Generator) -> Found:
+        clean = X[indices]
+        keep = rng.random(clean.shape, dtype=np.float32) >= dropout
+        noisy = clean * keep * X.dtype.type(1 / (1 - dropout)) if dropout else None
+        units = (len(clean), clean.shape[2] // 2, len(params["b0"]))
+        chosen = (rng.integers(2, size=units, dtype=np.int8).swapaxes(1, 2)
+                  if depooling == "random" else None)
+        return of_batch(params, Reconstruction(clean, noisy, chosen))
 
-        record, state = _epoch(state, epoch, _batches(rng, len(X), batch), step,
-                               annealed(rate, epoch, epochs))
-        yield record, state
+    yield from _epochs(state, epochs, (seed, 1), len(X), batch, rate, step)
 
 
 def train_style(training_set: TrainingSet, manifold: Manifold, *, epochs: int,
@@ -111,34 +108,24 @@ def train_style(training_set: TrainingSet, manifold: Manifold, *, epochs: int,
     of_batch = gradients(manifold.params, normaliser.mean, normaliser.deviation, weights,
                          tuple(terms))
 
-    def step(params: Params, indices: np.ndarray) -> Found:
+    def step(params: Params, indices: np.ndarray, rng: np.random.Generator) -> Found:
         found, g = of_batch(params, training_set.batch(indices))
         return {"loss": sum(found.values()), **found}, g
 
-    for epoch in range(state.epoch + 1, epochs + 1):
-        rng = np.random.default_rng([seed, 3, epoch])
-        record, state = _epoch(state, epoch, _batches(rng, len(X), batch), step,
-                               annealed(rate, epoch, epochs))
-        yield record, state
+    yield from _epochs(state, epochs, (seed, 3), len(X), batch, rate, step)
 
 
-def annealed(rate: float, epoch: int, epochs: int) -> float:
-    """The learning rate of an epoch (from 1): constant in the first half, then falling in a
-    straight line to nearly 0.
-
-    Norms that are not squared pull equally hard near their minimum; with a constant rate the
-    weights would tremble there to the end.
-
-    >>> [annealed(1.0, epoch, 4) for epoch in (1, 2, 3, 4)]
-    [1.0, 1.0, 0.75, 0.25]
+def _epochs(state, epochs, seeds, count, size, rate, step):
+    """The epochs that are left, each in a random order of its own, its last batch as small as it
+    comes.   step : (params, indices, rng) -> losses, gradients
     """
-    return rate * min(1.0, 2.0 * (1.0 - (epoch - 0.5) / epochs))
-
-
-def _batches(rng, count, size):
-    """Indices of an epoch in random order, the last batch as small as it comes."""
-    order = rng.permutation(count)
-    return [order[i:i + size] for i in range(0, count, size)]
+    for epoch in range(state.epoch + 1, epochs + 1):
+        rng = np.random.default_rng([*seeds, epoch])
+        order = rng.permutation(count)
+        batches = [order[i:i + size] for i in range(0, count, size)]
+        record, state = _epoch(state, epoch, batches, lambda params, indices:
+                               step(params, indices, rng), annealed(rate, epoch, epochs))
+        yield record, state
 
 
 def _epoch(state, epoch, batches, step, rate):

@@ -7,63 +7,17 @@ brought to the size of the training data's legs and no further: on a body of oth
 and shoulders are drawn towards the training skeleton's.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ..motion.clip import Clip
-from ..motion.body import to_scale
-from ..motion.features import FPS, TRANSLATION, VELOCITIES, decode, path_error, path_length
-from ..motion.foot_ik import lock_feet
+from ..motion.body import Take, to_scale
 from ..motion.feet import pace
-from ..motion.known import STRANGE
-from ..motion.body import fit_pose, points
-from ..motion.skeleton import with_pose
-from ..motion.body import Take
+from ..motion.features import TRANSLATION, VELOCITIES, path_error, path_length
+from ..motion.stylised import ASTRAY, Stylised, onto_skeleton
 from . import networks as text
 from .trained import Manifold, Style
-
-# How far the path of T(I) may lie from the content's: a share of the way, and so many legs.
-ASTRAY = 0.1, 0.2
-
-
-@dataclass(frozen=True)
-class Stylised:
-    """A stylised take.
-
-    clip : on its own skeleton;  positions : (T, 21, 3) of its 21 points, y up;  features : (T, 66)
-    as the network left them, in the take's unit;
-    astray : mean distance of the path of T(I) from the content's, and way : the length of the
-    content's, in legs;
-    kept : whether the content's path was kept instead;  strangeness : of the content
-    (`known.Known`), NaN where the style does not know
-    """
-
-    clip: Clip
-    positions: np.ndarray
-    features: np.ndarray
-    astray: float = float("nan")
-    way: float = float("nan")
-    kept: bool = False
-    strangeness: float = float("nan")
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Why not to trust this result."""
-        said = []
-        if self.strangeness > STRANGE:
-            said.append(
-                "the clip is nothing like what the style learnt on (it lies "
-                f"{self.strangeness:.1f} times as far from the nearest of that as the "
-                f"farthest of those clips from the others; {STRANGE:g} is allowed): expect a "
-                "figure that moves as the style knows, not as this clip does")
-        if self.kept:
-            said.append(
-                f"the style would leave a way of {self.way:.1f} legs by {self.astray:.1f} legs on "
-                f"average (allowed: {ASTRAY[0]:.0%} of the way and {ASTRAY[1]:g} leg): the "
-                "content's own path is kept")
-        return tuple(said)
 
 
 def stylise(features: np.ndarray, style: Style, *, projected: bool = True,
@@ -120,16 +74,3 @@ def transfer(take: Take, style: Style, *, projected: bool = True, clean: bool = 
     strangeness = style.known.strangeness(content) if style.known else float("nan")
     return replace(onto_skeleton(take, to_scale(moved, manifold.leg, leg), clean=clean),
                    astray=astray, way=way, kept=bool(kept), strangeness=strangeness)
-
-
-def onto_skeleton(take: Take, features: np.ndarray, *, clean: bool = True) -> Stylised:
-    """Features (T, 66) in the take's unit as a clip on the take's skeleton, which begins where the
-    take begins.
-
-    clean : lock the feet where the content's are planted (`motion.foot_ik`)
-    """
-    pose = fit_pose(take, decode(features, take.start))
-    if clean:
-        goals = lock_feet(points(take, *pose), take.contacts, take.start.floor)
-        pose = fit_pose(replace(take, rotations=pose[0], translations=pose[1]), goals)
-    return Stylised(with_pose(take.clip, *pose, 1.0 / FPS), points(take, *pose), features)

@@ -52,11 +52,14 @@ class Dataset:
     source: str
 
     def select(self, *, style: str | None = None, content: str | None = None,
-               held_out: bool | None = None) -> tuple[Labelled, ...]:
-        """The clips with these labels, in order; None takes all."""
+               held_out: bool | None = None, name: str | None = None) -> tuple[Labelled, ...]:
+        """The clips with these labels, in whose name the regular expression `name` is found, in
+        order; None takes all.   Raises LabelError on a bad expression.
+        """
+        found = _expression(name or "").search
         return tuple(c for c in self.clips
                      if style in (None, c.style) and content in (None, c.content)
-                     and held_out in (None, c.held_out))
+                     and held_out in (None, c.held_out) and found(c.name))
 
     @property
     def styles(self) -> list[str]:
@@ -66,6 +69,13 @@ class Dataset:
 
 class LabelError(ValueError):
     """A label file or pattern that does not fit the clips; the message names file and line."""
+
+
+def _expression(pattern):
+    try:
+        return re.compile(pattern)
+    except re.error as why:
+        raise LabelError(f"pattern {pattern!r}: found {why}, needed a regular expression") from None
 
 
 def labels_by_pattern(paths: Iterable[Path],
@@ -79,10 +89,7 @@ def labels_by_pattern(paths: Iterable[Path],
     >>> list(labels_by_pattern([Path("a/dataset-1_walk_old_001.bvh")]).values())
     [('walk', 'old')]
     """
-    try:
-        expression = re.compile(pattern)
-    except re.error as why:
-        raise LabelError(f"pattern {pattern!r}: found {why}, needed a regular expression") from None
+    expression = _expression(pattern)
     if not {"content", "style"} <= set(expression.groupindex):
         raise LabelError(f"pattern {pattern!r}: needed the named groups (?P<content>...) and "
                          "(?P<style>...)")

@@ -1,9 +1,12 @@
 r"""What training needs beside the 66 numbers: windows of equal length and a normaliser."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from .dataset import Labelled
 from .features import FEATURES, POSITIONS, TRANSLATION, TURN, VELOCITIES
 from .joints import FEET, JOINTS
 
@@ -66,6 +69,10 @@ class Normaliser:
         """
         return ((features - self.mean) / self.deviation).astype(features.dtype)
 
+    def channels_first(self, cut: np.ndarray, dtype: Any) -> np.ndarray:
+        """`apply` to windows, as networks take them.   (N, T, 66)  ->  (N, 66, T)"""
+        return np.ascontiguousarray(self.apply(cut).swapaxes(1, 2), dtype=dtype)
+
     def undo(self, normalised: np.ndarray) -> np.ndarray:
         """normalised * deviation + mean, the inverse of `apply`.
 
@@ -116,3 +123,17 @@ def fit_normaliser(features: np.ndarray, source: str, *, contacts: np.ndarray | 
     if form == "2016":
         deviation[POSITIONS].reshape(JOINTS, 3)[list(FEET)] *= 0.9
     return Normaliser(mean, deviation, source, form)
+
+
+def clean_windows(clips: Sequence[Labelled], source: str, *, form: str = "groups",
+                  dtype: Any = np.float32) -> tuple[np.ndarray, Normaliser]:
+    """What the loss network is trained on.
+
+    clips : at least one;  source : of their dataset;  form : of the normaliser, of FORMS
+    ->  windows (N, 66, T), the normaliser of these clips
+    """
+    frames, contacts = (np.concatenate([getattr(clip, part) for clip in clips])
+                        for part in ("features", "contacts"))
+    normaliser = fit_normaliser(frames, source, contacts=contacts, form=form)
+    cut = np.concatenate([windows(clip.features, clip.contacts)[0] for clip in clips])
+    return normaliser.channels_first(cut, dtype), normaliser

@@ -9,7 +9,7 @@ from refimpl.holden2016.own import Settings
 from refimpl.experiments import measures as measure
 from refimpl.holden2017 import networks, objective
 from refimpl.holden2017.trained import Manifold
-from refimpl.holden2017.train import annealed
+from refimpl.nn.adam import annealed
 from refimpl.motion.features import VELOCITIES, bone_lengths
 from refimpl.motion.joints import BONES
 from refimpl.motion.windows import fit_normaliser

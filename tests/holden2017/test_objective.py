@@ -18,7 +18,7 @@ from refimpl.motion.joints import BONES
 
 
 # of a larger array a sample of so many elements, and all of them along a line
-ONE_BY_ONE = 500
+ONE_BY_ONE = 60
 
 
 def problem(seed=3, frames=8, hidden=6, reading="norm"):

@@ -5,7 +5,8 @@ import pytest
 
 from refimpl.holden2017 import networks
 from refimpl.holden2017.trained import Manifold, Style
-from refimpl.holden2017.transfer import onto_skeleton, transfer
+from refimpl.holden2017.transfer import transfer
+from refimpl.motion.stylised import onto_skeleton
 from refimpl.motion import bvh, joints
 from refimpl.motion.clip import Clip, Joint
 from refimpl.motion.feet import floor_penetration, foot_skate, pace
