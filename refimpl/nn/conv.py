@@ -49,7 +49,8 @@ def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride:
     """
     T_out, pad, steps = check_conv(x, w, b, stride, padding, dilation, groups)
     W, taps = _taps(np.pad(x, ((0, 0), (0, 0), pad)), w, T_out, *steps)
-    y = sum(map(np.matmul, W, taps)).reshape(len(x), len(w), T_out)
+    y = sum(W_k @ tap_k for W_k, tap_k in zip(W, taps))          # (N, groups, O / groups, T_out)
+    y = y.reshape(len(x), len(w), T_out)
     return y if b is None else y + b[:, None]
 
 
@@ -117,7 +118,8 @@ def conv_transpose1d_backward(
     """
     _, pad, steps = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups, dx)
     padded = np.pad(dx, ((0, 0), (0, 0), pad))
-    dh = sum(map(np.matmul, *_taps(padded, w, h.shape[2], *steps))).reshape(h.shape)
+    dh = sum(W_k @ tap_k for W_k, tap_k in zip(*_taps(padded, w, h.shape[2], *steps)))
+    dh = dh.reshape(h.shape)
     dw = _filter_gradient(h, padded, w, *steps)
     return dh, dw, None if b is None else wide_sum(dx, (0, 2))
 
@@ -135,7 +137,7 @@ def _taps(padded, w, T_out, stride, dilation, groups):
 def _spread(h, w, length, pad, stride, dilation, groups):
     """tap_k += W_k^T h.   (N, O, T)  ->  (N, C, length)"""
     padded = np.zeros((len(h), w.shape[1] * groups, length + sum(pad)), np.result_type(h, w))
-    h = h.reshape(len(h), groups, len(w) // groups, h.shape[2])
+    h = h.reshape(len(h), groups, len(w) // groups, h.shape[2])      # output channels by group
     for W_k, tap_k in zip(*_taps(padded, w, h.shape[3], stride, dilation, groups)):
         tap_k += W_k.swapaxes(1, 2) @ h
     return np.ascontiguousarray(padded[:, :, pad[0]:pad[0] + length])
@@ -146,7 +148,8 @@ def _filter_gradient(dy, padded, w, stride, dilation, groups):
     (N, O, T_out), C = dy.shape, w.shape[1]
     _, taps = _taps(padded, w, T_out, stride, dilation, groups)
     dy = dy.swapaxes(0, 1).reshape(groups, O // groups, N * T_out)
-    columns = (tap_k.reshape(groups, C, N * T_out) for tap_k in taps.transpose(0, 2, 3, 1, 4))
+    columns = (tap_k.reshape(groups, C, N * T_out)               # (groups, C / groups, N T_out)
+               for tap_k in taps.transpose(0, 2, 3, 1, 4))
     return np.stack([dy @ column.swapaxes(1, 2) for column in columns], axis=-1).reshape(w.shape)
 
 
