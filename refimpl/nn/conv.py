@@ -49,7 +49,7 @@ def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride:
     """
     T_out, pad, steps = check_conv(x, w, b, stride, padding, dilation, groups)
     W, taps = _taps(np.pad(x, ((0, 0), (0, 0), pad)), w, T_out, *steps)
-    y = sum(W_k @ tap_k for W_k, tap_k in zip(W, taps))          # (N, groups, O / groups, T_out)
+    y = sum(map(np.matmul, W, taps))           # W_k @ tap_k   (N, groups, O / groups, T_out)
     y = y.reshape(len(x), len(w), T_out)
     return y if b is None else y + b[:, None]
 
@@ -118,8 +118,7 @@ def conv_transpose1d_backward(
     """
     _, pad, steps = check_transpose(h, w, b, stride, padding, output_padding, dilation, groups, dx)
     padded = np.pad(dx, ((0, 0), (0, 0), pad))
-    dh = sum(W_k @ tap_k for W_k, tap_k in zip(*_taps(padded, w, h.shape[2], *steps)))
-    dh = dh.reshape(h.shape)
+    dh = sum(map(np.matmul, *_taps(padded, w, h.shape[2], *steps))).reshape(h.shape)
     dw = _filter_gradient(h, padded, w, *steps)
     return dh, dw, None if b is None else wide_sum(dx, (0, 2))
 
