@@ -132,9 +132,8 @@ class Network:
         """P(X) = L+(L(X)); an odd last frame is doubled and dropped again.
         (T, 66), (T, 4)  ->  (T, 66)
         """
-        even, planted = even_frames(features, axis=0), None
-        if contacts is not None:
-            planted = even_frames(contacts, axis=0)
+        even = even_frames(features, axis=0)
+        planted = None if contacts is None else even_frames(contacts, axis=0)
         return self.decode(self.encode(even, planted))[:len(features)]
 
     def manifold(self) -> Manifold:

@@ -123,20 +123,19 @@ def _epochs(state, epochs, seeds, count, size, rate, step):
         rng = np.random.default_rng([*seeds, epoch])
         order = rng.permutation(count)
         batches = [order[i:i + size] for i in range(0, count, size)]
-        record, state = _epoch(state, epoch, batches, lambda params, indices:
-                               step(params, indices, rng), annealed(rate, epoch, epochs))
+        record, state = _epoch(state, epoch, batches, rng, step, annealed(rate, epoch, epochs))
         yield record, state
 
 
-def _epoch(state, epoch, batches, step, rate):
-    """Run one epoch.   step : (params, indices) -> losses, gradients   ->  Record, State"""
+def _epoch(state, epoch, batches, rng, step, rate):
+    """Run one epoch.   step : as for `_epochs`   ->  Record, State"""
     began = time.perf_counter()
     sums: dict[str, float] = {}
     norms = []
     params, adam = state.params, state.adam
     for number, indices in enumerate(batches, start=1):
         with np.errstate(over="ignore", invalid="ignore"):       # what is not finite is told below
-            losses, gradients = step(params, indices)
+            losses, gradients = step(params, indices, rng)
         norm = float(np.sqrt(sum(float(np.vdot(g.T, g.T)) for g in gradients.values())))
         if not np.isfinite(norm) or not np.isfinite(losses["loss"]):
             raise TrainingError(

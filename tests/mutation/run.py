@@ -43,7 +43,7 @@ def prepare(folder):
     settings = {"source_paths": ["refimpl"], "only_mutate": [f"refimpl/{file}" for file in FILES],
                 "use_git_change_detection": ["false"], "timeout_constant": ["4"],
                 "pytest_add_cli_args_test_selection": TESTS,
-                "pytest_add_cli_args": ["-p", "no:cacheprovider"]}
+                "pytest_add_cli_args": ["-p", "no:cacheprovider", "-n", "0"]}
     lines = [f"{key} =" + "".join(f"\n    {value}" for value in values) for key,
              values in settings.items()]
     (folder / "setup.cfg").write_text((ROOT / "setup.cfg").read_text() + "\n[mutmut]\n"
