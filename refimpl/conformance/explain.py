@@ -29,12 +29,7 @@ def explain(operation: Operation) -> list[str]:
                   "was None or is a constant).", *_documentation(operation.backward)]
     if operation.name in MOTION:
         lines += ["", *_joints()]
-    lines += ["", "How near: " + ", ".join(f"{TOLERANCES[p] * operation.tolerance:g} in {p}"
-                                           for p in operation.precisions)
-              + ", of the largest element of each output, unless the backend declares its own"
-              + ("; in float32 more where terms cancel." if "float32" in operation.precisions
-                 else "."),
-              "An answer has the precision of its inputs."]
+    lines += ["", *_how_near(operation)]
     for function in (operation.name, f"{operation.name}_backward"):
         if function in RIVALS:
             lines += [f"Conventions of others that {function} is held against:",
@@ -81,6 +76,16 @@ def _sample(operation):
 
 def _kind(value):
     return f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else repr(value)
+
+
+def _how_near(operation):
+    bounds = " and ".join(f"{TOLERANCES[p] * operation.tolerance:g} in {p}"
+                          for p in operation.precisions)
+    lines = [f"How near: {bounds}, of what an element sums: the size of its terms, with that of",
+             "its clip and channel; unless the backend declares its own. Choices and copies are "
+             "exact."]
+    return [*lines, "An answer has the precision of its inputs." if "float32" in
+            operation.precisions else "It is tried in float64 alone."]
 
 
 def _joints():

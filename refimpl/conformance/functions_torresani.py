@@ -134,7 +134,7 @@ def predicted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
 def continuous_exponential_maps(R: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Rotation vectors relative to a reference that run on past pi instead of jumping.
 
-    R : (T, J, 3, 3), reference : (J, 3, 3)  ->  (T, J, 3) radians
+    R : (T, J, 3, 3), reference : (J, 3, 3)  ->  (T, 3 J) radians, joint after joint
     """
     return poses.exponential_maps(R, reference)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..holden2016 import losses
 from ..holden2016.rows import NUMBERS, TURN
-from . import definitions_2016 as definitions, functions_2016 as functions
+from . import definitions_2016 as definitions, functions_2016 as functions, ground_holden as ground
 from .specification import Sample, operation, ruled
 
 
@@ -73,10 +73,13 @@ def _one(f, arguments, samples, part, **rest):
 
 
 OPERATIONS = (
-    _one(functions.encode, "X We be", _encode_samples, "encoder"),
-    _one(functions.decode, "H Wd bd", _decode_samples, "decoder"),
+    _one(functions.encode, "X We be", _encode_samples, "encoder", ground=ground.encoders),
+    _one(functions.decode, "H Wd bd", _decode_samples, "decoder", ground=ground.decoders_2016),
     _one(functions.autoencoder_loss, "X We be Wd bd", _autoencoder_samples, "training", batched=()),
     _one(losses.foot_loss, "motion contacts", _foot_samples, "feet", batched=(0, 1)),
-    _one(losses.bone_loss, "motion", _bone_samples, "bones"),
-    _one(functions.trajectory_loss, "motion", _trajectory_samples, "path", batched=()),
-    _one(functions.search_loss, "H", _search_samples, "search", batched=()))
+    _one(losses.bone_loss, "motion", _bone_samples, "bones",
+         ground=lambda rng: ground.bones(rng, given=False, numbers=NUMBERS)),
+    _one(functions.trajectory_loss, "motion", _trajectory_samples, "path", batched=(),
+         ground=lambda rng: ground.paths(rng, form="2016")),
+    _one(functions.search_loss, "H", _search_samples, "search", batched=(),
+         ground=ground.searches))

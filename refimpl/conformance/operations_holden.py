@@ -5,7 +5,8 @@ import numpy as np
 from ..holden2017 import losses
 from ..motion.features import FEATURES, TURN
 from ..motion.joints import BONES
-from . import definitions_holden as definitions, functions_holden as functions
+from . import (definitions_holden as definitions, functions_holden as functions,
+               ground_holden as ground)
 from .operations_nn import distinct
 from .specification import Sample, operation, ruled
 
@@ -113,14 +114,23 @@ def _one(f, arguments, samples, equation, **rest):
 
 
 OPERATIONS = (
-    _one(functions.encode, "X W0 b0", _network_samples, "equation 1"),
-    _one(functions.decode, "H W0 b0", _decode_samples, "equation 2"),
-    _one(functions.autoencoder_loss, "X W0 b0", _autoencoder_samples, "equation 3", batched=()),
-    _one(functions.transform, f"X {functions.T_NAMES}", _transform_samples, "the network T"),
-    _one(losses.content_loss, "H_input H_output", _content_samples, "equation 4", batched=(0, 1)),
-    _one(losses.style_loss, "G_style H_output", _style_samples, "equation 5", batched=(0, 1)),
-    _one(losses.foot_loss, "motion contacts", _foot_samples, "equation 7", batched=(0, 1)),
-    _one(losses.bone_loss, "motion", _bone_samples, "equation 8"),
-    _one(losses.trajectory_loss, "motion", _trajectory_samples, "equation 9", batched=()),
+    _one(functions.encode, "X W0 b0", _network_samples, "equation 1",
+         ground=ground.encoders),
+    _one(functions.decode, "H W0 b0", _decode_samples, "equation 2",
+         ground=ground.decoders),
+    _one(functions.autoencoder_loss, "X W0 b0", _autoencoder_samples, "equation 3", batched=(),
+         ground=ground.autoencoders),
+    _one(functions.transform, f"X {functions.T_NAMES}", _transform_samples, "the network T",
+         ground=ground.transformers),
+    _one(losses.content_loss, "H_input H_output", _content_samples, "equation 4", batched=(0, 1),
+         ground=ground.contents),
+    _one(losses.style_loss, "G_style H_output", _style_samples, "equation 5", batched=(0, 1),
+         ground=ground.styles),
+    _one(losses.foot_loss, "motion contacts", _foot_samples, "equation 7", batched=(0, 1),
+         ground=lambda rng: ground.feet(rng) + ground.feet_with_targets(rng)),
+    _one(losses.bone_loss, "motion", _bone_samples, "equation 8",
+         ground=ground.bones),
+    _one(losses.trajectory_loss, "motion", _trajectory_samples, "equation 9", batched=(),
+         ground=ground.paths),
     _one(functions.total_loss, functions.T_NAMES, _total_samples, "equation 10", batched=(),
-         tolerance=10.0))
+         ground=ground.totals))

@@ -7,7 +7,7 @@ import numpy as np
 from .. import nn
 from ..nn.adam import LARGEST_COUNT
 from ..nn.arguments import check_whole
-from . import definitions_nn as definitions
+from . import definitions_nn as definitions, ground_nn as ground
 from .specification import Bad, Sample, operation, ruled
 
 # Shapes that fit, for inputs that do not.
@@ -46,10 +46,14 @@ def _conv_samples(rng):
 
 def _bad_conv():
     return [Bad("x without batch", (X[0], W, B), "x"), Bad("channels", (X, W[:, :3], B), "x"),
-            Bad("bias", (X, W, B[:5]), "b"), Bad("filters of width 0", (X, W[:, :, :0], B), "w"),
+            Bad("bias", (X, W, B[:5]), "b"), Bad("one bias for all", (X, W, B[:1]), "b"),
+            Bad("biases in a column", (X, W, B[:, None]), "b"),
+            Bad("one channel for all", (X[:, :1], W, B), "x"),
+            Bad("filters of width 0", (X, W[:, :, :0], B), "w"),
             Bad("no frames", (X[:, :, :0], W, B), "x"),
             Bad("whole numbers", (X.astype(int), W, B), "x"),
             Bad("mixed precision", (X.astype(np.float32), W, B), "w"),
+            Bad("a bias of another precision", (X, W, B.astype(np.float32)), "b"),
             Bad("stride 0", (X, W, B), "stride", {"stride": 0}),
             Bad("same with stride", (X, W, B), "padding", {"stride": 2, "padding": "same"}),
             Bad("negative padding", (X, W, B), "padding", {"padding": -1}),
@@ -189,6 +193,12 @@ def _error_samples(rng):
     return [Sample(form, (x, y), {"reduction": form}) for form in ("mean", "sum", "none")]
 
 
+def _error_ground(rng):
+    return ground.elements(rng, inputs=2) + [
+        Sample(f"{s.label}, {form}", s.inputs, {"reduction": form}, large=s.large)
+        for form in ("sum", "none") for s in ground.elements(rng, inputs=2)[::3]]
+
+
 def _absolute_error_samples(rng):
     x, y = np.array([1.0, 2.0]), np.array([1.0, 0.0])
     return _error_samples(rng) + [ruled("equal elements", (x, y), 2.0, 1.0, [0.0, 1.0],
@@ -240,32 +250,47 @@ def _bad_adam():
 
 
 def _one(f, arguments, samples, bad=list, equation="", **rest):
-    return operation(f, arguments, definitions, samples, bad, equation, **rest)
+    return operation(f, arguments, definitions, samples, bad, equation,
+                     **{"whole_range": True, **rest})
 
 
 OPERATIONS = (
-    _one(nn.conv1d, "x w b", _conv_samples, _bad_conv, "the * of equations 1 and 2"),
-    _one(nn.conv_transpose1d, "h w b", _transpose_samples, _bad_transpose, "equation 2"),
-    _one(nn.max_pool1d, "x width", _max_pool_samples, _bad_pools, "equation 1"),
-    _one(nn.max_pool1d_indices, "x width", _max_pool_samples, _bad_pools),
+    _one(nn.conv1d, "x w b", _conv_samples, _bad_conv, "the * of equations 1 and 2",
+         ground=ground.convolutions),
+    _one(nn.conv_transpose1d, "h w b", _transpose_samples, _bad_transpose, "equation 2",
+         ground=lambda rng: ground.convolutions(rng, transposed=True)),
+    _one(nn.max_pool1d, "x width", _max_pool_samples, _bad_pools, "equation 1",
+         ground=ground.pools),
+    _one(nn.max_pool1d_indices, "x width", _max_pool_samples, _bad_pools, ground=ground.pools),
     _one(nn.max_unpool1d, "h indices length", _unpool_samples,
          lambda: [Bad("index too large", (X, np.full(X.shape, 9), 9), "indices")],
-         batched=(0, 1)),
-    _one(nn.avg_pool1d, "x width", _avg_pool_samples, _bad_pools),
+         batched=(0, 1), ground=ground.unpools),
+    _one(nn.avg_pool1d, "x width", _avg_pool_samples, _bad_pools,
+         ground=lambda rng: ground.pools(rng, average=True)),
     _one(nn.avg_depool1d, "h width",
          lambda rng: [Sample("plain", (rng.standard_normal((2, 3, 4)),)),
                       Sample("three", (rng.standard_normal((2, 3, 4)), 3))],
          lambda: [Bad("width 0", (X, 0), "width"), Bad("two dimensions", (X[0],), "h")],
-         "equation 2"),
+         "equation 2", ground=ground.depools),
     _one(nn.random_depool1d, "h chosen width", _random_depool_samples, _bad_random_depool,
-         "equation 2, as the 2016 code learns", batched=(0, 1)),
+         "equation 2, as the 2016 code learns", batched=(0, 1),
+         ground=lambda rng: ground.depools(rng, chosen=True)),
     _one(nn.relu, "x", _relu_samples,
-         lambda: [Bad("whole numbers", (np.zeros(3, int),), "x")], "equation 1"),
-    _one(nn.gram, "h", _clip_samples, lambda: [Bad("two dimensions", (X[0],), "h")], "equation 6"),
-    _one(nn.sum_squares, "r", _clip_samples, lambda: [Bad("a scalar", (np.float64(1),), "r")]),
-    _one(nn.mean_squares, "r", _clip_samples),
-    _one(nn.norm, "r", _norm_samples, equation="the || || of equations 4 and 5"),
-    _one(nn.l1, "a", _l1_samples, equation="equation 3", batched=()),
-    _one(nn.squared_error, "x y", _error_samples, _bad_errors, "equation 3", batched=()),
-    _one(nn.absolute_error, "x y", _absolute_error_samples, _bad_errors, batched=()),
-    _one(adam_step, "p g m v", _adam_samples, _bad_adam, "Kingma and Ba, algorithm 1", batched=()))
+         lambda: [Bad("whole numbers", (np.zeros(3, int),), "x")], "equation 1",
+         ground=ground.elements),
+    _one(nn.gram, "h", _clip_samples, lambda: [Bad("two dimensions", (X[0],), "h")], "equation 6",
+         ground=lambda rng: [s for s in ground.measures(rng) if s.inputs[0].ndim == 3]),
+    _one(nn.sum_squares, "r", _clip_samples, lambda: [Bad("a scalar", (np.float64(1),), "r")],
+         ground=ground.measures),
+    _one(nn.mean_squares, "r", _clip_samples,
+         lambda: [Bad("clips without elements", (X[:, :0],), "r")], ground=ground.measures),
+    _one(nn.norm, "r", _norm_samples, equation="the || || of equations 4 and 5",
+         ground=ground.measures),
+    _one(nn.l1, "a", _l1_samples, equation="equation 3", batched=(),
+         ground=lambda rng: ground.elements(rng, summed=True)),
+    _one(nn.squared_error, "x y", _error_samples, _bad_errors, "equation 3", batched=(),
+         ground=_error_ground),
+    _one(nn.absolute_error, "x y", _absolute_error_samples, _bad_errors, batched=(),
+         ground=_error_ground),
+    _one(adam_step, "p g m v", _adam_samples, _bad_adam, "Kingma and Ba, algorithm 1", batched=(),
+         ground=ground.adam, whole_range=False))

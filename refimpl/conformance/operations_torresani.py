@@ -10,7 +10,7 @@ import numpy as np
 from ..motion import rotation
 from ..torresani2006 import align, observe
 from . import definitions_learning as learning, definitions_torresani as plain
-from . import functions_torresani as functions
+from . import functions_torresani as functions, ground_torresani as ground
 from .specification import Bad, Sample, operation
 
 # Predictions of a machine whose dual objective is right to 1e-9: others' solvers end at 1e-6.
@@ -159,6 +159,11 @@ def _vector_samples(rng):
             Sample("several turns", (9.0 * rng.standard_normal((4, 3)) / 3,))]
 
 
+def _bad_vectors():
+    return [Bad("not a number", (np.full((1, 3), np.nan),), "v"),
+            Bad("infinite", (np.array([[0.0, np.inf, 0.0]]),), "v")]
+
+
 def _matrix_samples(rng):
     v = rng.standard_normal((6, 3))
     v *= (rng.uniform(0.05, 3.1, 6) / np.linalg.norm(v, axis=1))[:, None]
@@ -195,7 +200,8 @@ def _alpha_samples(rng):
     # Minima near both ends, where a search of the whole interval takes the higher one.
     two[:, 1] += [0.05, -0.05]
     return [Sample("bowls", (_polynomials(rng),)), Sample("two minima", (two,)),
-            Sample("few samples", (_polynomials(rng),), {"samples": 4})]
+            Sample("few samples", (_polynomials(rng),), {"samples": 4}),
+            Sample("many samples", (two,), {"samples": 29})]
 
 
 def _measure_samples(rng):
@@ -229,33 +235,38 @@ def _one(f, arguments, samples, bad=list, part="", *, name="", **rest):
 
 
 OPERATIONS = (
-    _one(functions.dtw_cost, "X Y", _pair_samples, _bad_pairs, "2006, equations 3 to 5"),
+    _one(functions.dtw_cost, "X Y", _pair_samples, _bad_pairs, "2006, equations 3 to 5",
+         ground=ground.time_warps),
     _one(functions.dtw_path, "X Y", _pair_samples, _bad_pairs, "2006, equations 3 to 5",
-         same=_another_path),
-    _one(functions.content_clusters, "ssd", _cluster_samples, part="2006, section 4"),
+         same=_another_path, ground=ground.time_warps),
+    _one(functions.content_clusters, "ssd", _cluster_samples, part="2006, section 4",
+         ground=ground.clusters),
     _one(functions.space_time_interpolation, "X Y root_X root_Y path", _interpolation_samples,
-         _bad_interpolations, "2006, section 5"),
+         _bad_interpolations, "2006, section 5", ground=ground.interpolations),
     _one(functions.principal_components, "frames", _component_samples, part="2006, section 6",
-         tolerance=100.0),
-    _one(functions.gaussian_kernel, "A B", _kernel_samples, part="2006, section 6"),
+         tolerance=100.0, ground=ground.components),
+    _one(functions.gaussian_kernel, "A B", _kernel_samples, part="2006, section 6",
+         ground=ground.kernels),
     _one(functions.linear_ridge, "Z Y", _ridge_samples, _bad_ridges, "2006, section 6",
-         tolerance=10.0),
+         tolerance=10.0, ground=ground.ridges),
     _one(functions.kernel_ridge, "K Y", _kernel_ridge_samples, _bad_ridges, "2006, section 6",
-         tolerance=10.0),
+         tolerance=10.0, ground=ground.kernel_ridges),
     _one(functions.support_vector_regression, "K y K_new", _svr_samples, part="2006, section 6",
-         tolerance=1e3),
+         tolerance=1e3, ground=ground.machines),
     _one(functions.predicted_style, "Z Y new", _style_samples, part="2006, equation 1",
          tolerance=1e3),
     _one(functions.one_stage_segmentation, "Y frames", _segment_samples, _bad_segments,
-         "2006, equations 8 to 11"),
+         "2006, equations 8 to 11", ground=ground.segmentations),
     _one(functions.golden_section, "coefficients low high", _golden_samples,
-         part="2006, section 7.2", tolerance=1e7),
+         part="2006, section 7.2", tolerance=1e7, ground=ground.golden),
     _one(functions.best_alpha, "coefficients", _alpha_samples, part="2006, equation 12",
          tolerance=1e7),
-    _one(rotation.exp_map, "v", _vector_samples, part="2006, section 3", name="exponential_map"),
+    _one(rotation.exp_map, "v", _vector_samples, _bad_vectors, "2006, section 3",
+         name="exponential_map",
+         ground=ground.vectors),
     _one(rotation.log_map, "R", _matrix_samples, part="2006, section 3", name="rotation_vector",
-         tolerance=1e3),
+         tolerance=1e3, ground=ground.matrices),
     _one(functions.continuous_exponential_maps, "R reference", _continuous_samples,
-         part="2006, section 3", tolerance=1e3),
+         part="2006, section 3", tolerance=1e3, ground=ground.continuous),
     _one(observe.measures, "positions", _measure_samples, _bad_measures, "computed observer",
-         name="effort_measures"))
+         name="effort_measures", ground=ground.efforts))

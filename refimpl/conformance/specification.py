@@ -19,7 +19,8 @@ class Sample:
     the gradient can be measured (no tie, no kink, no NaN here);  known : {"outputs": tuple,
     "upstream": array, "gradients": tuple} worked by hand, where a rule and not the mathematics
     decides;  factors : on the tolerance of each output, beyond the operation's own (searches that
-    others end earlier).
+    others end earlier);  exact : nothing is rounded (a choice between near numbers);  large : too
+    large for the second derivation's loops;  upstream : its gradient, a random one unless given.
     """
 
     label: str
@@ -28,6 +29,9 @@ class Sample:
     smooth: bool = True
     known: Mapping[str, Any] | None = None
     factors: tuple[float, ...] = ()
+    exact: bool = False
+    large: bool = False
+    upstream: Any = None
 
 
 def ruled(label: str, inputs: tuple, output: Any, upstream: Any, *gradients: Any,
@@ -58,8 +62,9 @@ class Operation:
     same : (outputs found, arguments, attributes) ->  whether they answer the question as well as
     the reference's (a tie that a rule decides), "" or what they follow;  samples : rng ->  list of
     Sample;
-    bad : () ->  list of Bad;  batched : inputs whose first axis is the batch;  tolerance : factor
-    on a backend's tolerance (long sums, searches);
+    ground : more of them, where real kernels break;  bad : () ->  list of Bad;  batched : inputs
+    whose first axis is the batch;  tolerance : factor on a backend's tolerance (searches);
+    whole_range : nothing overflows or vanishes before the answer does;
     precisions : that it is tried in;  backward : None where there is no gradient.
     """
 
@@ -75,6 +80,8 @@ class Operation:
     precisions: tuple[str, ...] = ("float64", "float32")
     equation: str = ""
     same: Callable[[tuple, tuple, dict[str, Any]], str] | None = None
+    ground: Callable[[np.random.Generator], list[Sample]] = lambda rng: []
+    whole_range: bool = False
 
 
 def operation(f: Callable[..., Any], arguments: str, definitions: ModuleType,

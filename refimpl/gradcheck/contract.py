@@ -25,33 +25,65 @@ def _is_float(x):
     return isinstance(x, np.ndarray) and x.dtype.kind == "f"
 
 
+def _filler(x):
+    """What stands between the elements: of whole numbers nothing that could be missed."""
+    return np.nan if x.dtype.kind == "f" else 0
+
+
 def _every_second(x):
     """The same array as every second element of a larger one."""
-    large = np.full(tuple(2 * n for n in x.shape), np.nan, x.dtype)
+    large = np.full(tuple(2 * n for n in x.shape), _filler(x), x.dtype)
     spread = large[(slice(None, None, 2),) * x.ndim]
     spread[...] = x
     return spread
 
 
+def _slice(x, axis):
+    """The same array as a part of one that is longer along an axis."""
+    larger = [(2, 1) if n == axis else (0, 0) for n in range(x.ndim)]
+    wide = np.pad(x, larger, constant_values=_filler(x))
+    return wide[(slice(None),) * axis + (slice(2, 2 + x.shape[axis]),)]
+
+
+def _any_stride(x):
+    """A stride along an axis of one element is never walked: it may be anything."""
+    x = x.copy()
+    strides = [s if n > 1 else 7 * x.itemsize for n, s in zip(x.shape, x.strides)]
+    return np.lib.stride_tricks.as_strided(x, x.shape, strides)
+
+
 LAYOUTS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "Fortran order": np.asfortranarray, "every second element of a larger array": _every_second,
-    "negative strides": lambda x: np.flip(np.ascontiguousarray(np.flip(x)))}
+    "negative strides": lambda x: np.flip(np.ascontiguousarray(np.flip(x))),
+    "a slice of the last axis": lambda x: _slice(x, x.ndim - 1),
+    "a slice of the second axis": lambda x: _slice(x, min(1, x.ndim - 1)),
+    "the last axis reversed": lambda x: np.ascontiguousarray(x[..., ::-1])[..., ::-1],
+    "the last two axes exchanged": lambda x: np.ascontiguousarray(
+        x.swapaxes(-1, -min(2, x.ndim))).swapaxes(-1, -min(2, x.ndim)),
+    "any stride along an axis of one": _any_stride}
+# For arrays that are equal along their first axis, or everywhere.
+STRIDE_0 = {"stride 0": lambda x: np.broadcast_to(x[:1].copy(), x.shape),
+            "every stride 0": lambda x: np.broadcast_to(x.flat[0].copy(), x.shape)}
 
 
-def copies(values: Iterable[Any], layout: str = "", writeable: bool = True) -> list[Any]:
+def copies(values: Iterable[Any], layout: str = "", writeable: bool = True,
+           only: int | None = None) -> list[Any]:
     """Copies of the arrays among some values, which are handed out in their stead.
 
-    layout : a key of LAYOUTS, in which floating-point arrays then lie in memory
+    layout : a key of LAYOUTS, in which the arrays then lie in memory;  only : the place of the one
+    value that does, instead of all
 
     >>> copies([np.eye(2), 3], layout="negative strides")[0].strides
     (-16, -8)
     """
     found = [x.copy() if isinstance(x, np.ndarray) else x for x in values]
     if layout:
-        found = [LAYOUTS[layout](x) if _is_float(x) and x.ndim else x for x in found]
+        lie = {**LAYOUTS, **STRIDE_0}[layout]
+        found = [lie(x) if isinstance(x, np.ndarray) and x.ndim
+                 and only in (None, place) else x for place, x in enumerate(found)]
     for x in found:
-        if isinstance(x, np.ndarray):
-            x.flags.writeable = writeable
+        if isinstance(x, np.ndarray) and x.flags.writeable and not writeable:
+            x.flags.writeable = False
     return found
 
 

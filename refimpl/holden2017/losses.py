@@ -159,7 +159,8 @@ def foot_loss(motion: np.ndarray, contacts: np.ndarray, *, target: Any = 0.0) ->
 
     motion : (N, 66, T) denormalised;  contacts : (N, 4, T) of 0 and 1, constants;  target : r', the
     velocity that a planted foot should have, 0 or broadcastable to (N, 4, 3, T-1)
-    ->  (N,), length^2 / frame^2
+    ->  (N,), length^2 / frame^2; a frame without contact counts 0 times its velocity, so that NaN
+    shows there too
 
     >>> still = np.zeros((1, 66, 3))
     >>> foot_loss(still, np.ones((1, 4, 3))), foot_loss(still, np.ones((1, 4, 3)), target=1.0)

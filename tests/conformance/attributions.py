@@ -76,7 +76,8 @@ FAULTS = {
 def judged(function, wrong, seed, tolerances=None):
     """Failed outcomes of the function's operation with one function replaced."""
     backend = {**GOOD, function: wrong, **({"tolerances": tolerances} if tolerances else {})}
-    chosen = [c for c in cases(seed=seed, operations=[function.removesuffix("_backward")])
+    chosen = [c for c in cases(seed=seed, operations=[function.removesuffix("_backward")],
+                                profile="small")
               if c.function == function]
     return [o for o in judge_all(backend, chosen) if o.status == "failed"]
 

@@ -317,7 +317,8 @@ FAULTS = (
 def caught_by(fault, seed):
     """The failing cases of the operation.   ->  list of Outcome"""
     backend = {**GOOD, fault.function: fault.wrong}
-    chosen = cases(seed=seed, operations=[fault.function.removesuffix("_backward")])
+    chosen = cases(seed=seed, operations=[fault.function.removesuffix("_backward")],
+                   profile="small")
     return [outcome for outcome in judge_all(backend, chosen) if outcome.status == "failed"]
 
 

@@ -22,7 +22,7 @@ from tests.conformance.faults import FAULTS, GOOD, caught_by
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_unharmed_reference_passes(seed):
-    assert ([o.message for o in judge_all(reference(), cases(seed=seed)) if o.status != "passed"]
+    assert ([o.message for o in judge_all(reference(), cases(seed=seed, profile="small")) if o.status != "passed"]
             == [])
 
 
@@ -99,12 +99,13 @@ def test_backends_from_modules_objects_and_mappings():
 
 
 def test_cases_do_not_depend_on_each_other():
-    alone = cases(operations=["gram"])
-    among = [c for c in cases() if c.operation.name == "gram"]
+    alone = cases(operations=["gram"], profile="small")
+    among = [c for c in cases(profile="small") if c.operation.name == "gram"]
     for a, b in zip(alone, among, strict=True):
         assert (a.id == b.id and all(np.array_equal(u, v, equal_nan=True) for u,
                                      v in zip(a.arguments, b.arguments)))
-    assert len({c.id for c in cases()}) == len(cases())
+    everything = [c.id for c in cases()]
+    assert len(set(everything)) == len(everything)
     with pytest.raises(ValueError, match="found 'nothing'"):
         cases(operations=["nothing"])
     with pytest.raises(ValueError, match="needed an id"):
@@ -229,8 +230,9 @@ def test_a_changed_argument_is_the_first_thing_said():
     outcomes = list(judge_all({"relu": in_place}, chosen))
     failed = [o for o in outcomes if o.status == "failed"]
     assert failed[0] is next(o for o in outcomes if o.case.function == "relu")
-    assert (all("changed its argument x" in o.message for o in failed if o.grade == "wrong")
-            and len(failed) >= 5)
+    # one number above 0 is not changed, but handed back
+    assert (all("changed its argument x" in o.message or "shares memory with x" in o.message
+                for o in failed if o.grade == "wrong") and len(failed) >= 5)
     # the cases are as they were
     assert {o.status for o in judge_all({"relu": nn.relu}, chosen)} == {"passed", "skipped"}
 
@@ -247,7 +249,7 @@ def test_the_call_in_between_is_a_valid_one():
     outcomes = [o for o in judge_all({"rotation_vector": strict},
                                      cases(operations=["rotation_vector"]))
                 if o.case.kind == "same bits twice"]
-    assert [o.status for o in outcomes] == ["passed"]
+    assert {o.status for o in outcomes} == {"passed"}
 
 
 def test_a_buffer_used_twice_is_noticed():

@@ -17,7 +17,7 @@ OFFERED = sorted({name.removesuffix("_backward") for name in BACKEND})
 
 def judged(functions, operations=OFFERED, seed=0):
     """Outcomes of the cases of what is offered."""
-    return [o for o in judge_all(functions, cases(seed=seed, operations=operations))
+    return [o for o in judge_all(functions, cases(seed=seed, operations=operations, profile="small"))
             if o.status != "skipped"]
 
 
@@ -38,7 +38,7 @@ def test_at_least_a_hundred_cases_enter_the_fast_path(monkeypatch):
     for name in ("conv", "stylist", "gradients", "autoencoder", "backend"):
         monkeypatch.setattr(importlib.import_module(f"refimpl.fast.{name}"), "Plan", Watched)
     entered = 0
-    for case in cases(operations=OFFERED):
+    for case in cases(operations=OFFERED, profile="small"):
         made.clear()
         assert all(o.status in ("passed", "skipped") for o in judge_all(BACKEND, [case]))
         entered += bool(made)

@@ -261,7 +261,7 @@ def test_torch_differs_only_where_listed(torch_backend):
     pattern.
     """
     listed = read_expected_failures(Path(__file__).parents[1] / "adapters" / "torch_backend.xfail")
-    outcomes = list(judge_all(torch_backend, cases(supported_by=torch_backend), listed))
+    outcomes = list(judge_all(torch_backend, cases(supported_by=torch_backend, profile="small"), listed))
     assert [o.message for o in outcomes if o.status == "failed"] == []
     failed = [o.case.id for o in outcomes if o.status == "xfailed"]
     assert ([p for p in listed

@@ -1,0 +1,163 @@
+"""Calls at the ends: NaN and infinities in each argument, the largest and the smallest numbers, and
+very different sizes side by side."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ..gradcheck.difference import differences, largest
+from .calls import Case, answered, precisions
+from .specification import as_tuple
+
+POISONS = {"NaN first": (0, np.nan), "NaN in the middle": (0.5, np.nan), "NaN last": (1, np.nan),
+           "infinity": (0.5, np.inf), "minus infinity": (0.3, -np.inf)}
+SCALES = {"float32": 10.0 ** np.array([38, 30, 25, 19, 12, 6]),
+          "float64": 10.0 ** np.array([307, 250, 200, 153, 100, 50])}
+APART = {"float32": (1e22, 1e6), "float64": (1e160, 1e50)}  # a clip or channel from its neighbour
+
+
+def _places(call):
+    """Floating-point arrays of a call: (name, how to get it, how to put another in its stead)."""
+    for i, x in enumerate(call.arguments):
+        if isinstance(x, np.ndarray) and x.dtype.kind == "f" and x.size:
+            yield call.names[i], x, lambda y, i=i: replace(
+                call, arguments=(*call.arguments[:i], y, *call.arguments[i + 1:]))
+    for name, x in call.attributes.items():
+        if isinstance(x, np.ndarray) and x.dtype.kind == "f" and x.size:
+            yield name, x, lambda y, name=name: replace(
+                call, attributes={**call.attributes, name: y})
+
+
+def poisoned(call: Case, reference: Callable) -> Iterator[Case]:
+    """NaN and infinities in each argument in turn; not where a mask may multiply them or leave them
+    out."""
+    masked = any(isinstance(x, np.ndarray) and x.dtype.kind in "bui"
+                 for x in (*call.arguments, *call.attributes.values()))
+    whole = call.operation.whole_range
+    if not whole and (masked or len(call.operation.arguments) not in (1, 2, 4)):
+        return
+    for one, precision in precisions(call):
+        places = list(_places(one))
+        for name, x, put in places:
+            for kind, (place, value) in list(POISONS.items())[:None if whole else 3]:
+                y = x.copy()
+                y.flat[int(place * (y.size - 1))] = value
+                try:
+                    case = answered(put(y), reference, f"{kind}, {name}{precision}")
+                except ValueError:                               # refused, which is tried elsewhere
+                    continue
+                yield case
+
+
+def ranges(call: Case, reference: Callable) -> Iterator[Case]:
+    """Each argument, and all of them, as large and as small as the answer allows; and clips, or
+    channels, of very different sizes side by side."""
+    for one, precision in precisions(call):
+        limits = np.finfo(one.precision)
+        places = [place for place in _places(one) if call.operation.whole_range
+                  or place[0] in one.names]
+        every = [*places, ("all", None, lambda scale: None)] if call.operation.whole_range else []
+        for name, x, put in every:
+            for kind, sign in (("huge", 1.0), ("tiny", -1.0)):
+                scales = list(SCALES[one.precision] ** sign)
+                if x is not None:
+                    scales.insert(0, 0.0)                        # stands for the very end
+                end = 0.95 * limits.max if sign > 0 else limits.tiny / 50
+                for scale in scales:
+                    case = _within(
+                        _scaled(one, scale) if x is None else put(_times(x, scale)) if scale else
+                        put(_times(_times(x, 1 / (largest(x) or 1.0)), float(end))), reference,
+                        f"{kind}, {name}{precision}", limits)
+                    if case is not None:
+                        yield case
+                        break
+        floats = [place for place in places if place[0] in one.names]
+        for (name, x, put), (other, y, _) in zip(floats,
+                                                 floats[1:]) if call.operation.whole_range else ():
+            small = put(_times(_times(x, 1 / (largest(x) or 1.0)), float(limits.tiny / 50)))
+            at = one.names.index(other)
+            beside = replace(small, arguments=tuple(
+                _times(v, SCALES[one.precision][1]) if i == at else v
+                for i, v in enumerate(small.arguments)))
+            case = _within(beside, reference, f"subnormal {name}, huge {other}{precision}", limits)
+            if case is not None:
+                yield case
+        for axis, what in ((0, "clips"), (1, "channels")):
+            for factor in APART[one.precision]:
+                kind = f"{what} {factor:g} apart{precision}"
+                case = _within(_uneven(one, axis, 1 / factor), reference, kind, limits)
+                if case is not None:
+                    yield case
+
+
+def _scaled(call, scale):
+    return replace(call, arguments=tuple(
+        _times(x, scale) if isinstance(x, np.ndarray) and x.dtype.kind == "f" else x
+        for x in call.arguments))
+
+
+@np.errstate(all="ignore")
+def _times(x, scale):
+    return np.asarray((x.astype(float) * scale).astype(x.dtype))
+
+
+def _within(call, reference, kind, limits):
+    """The case, if numbers and answer are normal numbers with room to spare, else None."""
+    if not all(np.isfinite(x).all() for x in (*call.arguments, *call.attributes.values())
+               if isinstance(x, np.ndarray) and x.dtype.kind == "f"):
+        return None
+    try:
+        case = answered(call, reference, kind)
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    if not all(x is None or _normal(x, size, limits)
+               for x, size in zip(case.expected or (), _sizes(case))):
+        return None
+    at_the_end = any(isinstance(x, np.ndarray) and x.dtype.kind == "f"
+                     and not np.all((np.abs(x) < limits.max / 16)
+                                    & ((x == 0) | (np.abs(x) > limits.tiny)))
+                     for x in (*call.arguments, *(case.expected or ())))
+    sure = call.operation.whole_range and not at_the_end
+    return case if sure or _decided(case, reference) else None
+
+
+@np.errstate(all="ignore")
+def _decided(case, reference):
+    """Whether the reference finds the answer in the case's precision too: where one argument of a
+    network drowns another, which of two frames is the larger is a matter of rounding, and a
+    subnormal number has few digits."""
+    found = as_tuple(reference(*case.arguments, **case.attributes))
+    return all(y is None or np.all(differences(x, y) <= allowed)
+               for x, y, allowed in zip(found, case.expected, case.allowances()))
+
+
+def _sizes(case):
+    return case.yardstick.sizes
+
+
+@np.errstate(all="ignore")
+def _normal(x, summed, limits):
+    """Whether there is room above what the elements sum, and below them; a number that is chosen
+    and not computed needs none."""
+    size, summed = np.abs(x[x != 0]), np.broadcast_to(summed, np.shape(x))[x != 0]
+    if np.all(summed <= 8 * size.max(initial=0.0)) and np.all(size <= limits.max):
+        return True
+    return bool(np.isfinite(size).all() and np.all(summed < limits.max / 1e3)
+                and np.all(size > limits.tiny * 1e3))
+
+
+def _uneven(call, axis, factor):
+    """The call with every second clip, or channel, of its batched arguments far smaller."""
+    upstream = call.function.endswith("_backward")
+    batched = {i + upstream for i in call.operation.batched}
+    arguments = list(call.arguments)
+    for i in batched:
+        x = arguments[i]
+        if not isinstance(x, np.ndarray) or x.dtype.kind != "f" or x.ndim <= axis:
+            continue
+        shape = [1] * x.ndim
+        shape[axis] = -1
+        sizes = np.where(np.arange(x.shape[axis]) % 2, factor, 1.0).astype(x.dtype)
+        arguments[i] = _times(x, sizes.reshape(shape))
+    return replace(call, arguments=tuple(arguments))

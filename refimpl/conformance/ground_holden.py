@@ -1,0 +1,319 @@
+"""Where real kernels break: samples for the networks and losses of 2016 and 2017."""
+
+from typing import Any
+
+import numpy as np
+
+from ..holden2017 import losses, networks, objective
+from ..motion.features import FEATURES, POSITIONS, TRANSLATION, TURN, VELOCITIES
+from ..motion.joints import BONES, JOINTS
+from .ground_nn import along
+from .specification import Sample
+
+# Beside the borders at which blocks end: networks have more axes than their convolutions.
+SIZES = (1, 2, 8, 9, 16, 17, 31, 32, 33, 64, 65)
+LONG = (127, 128, 129, 257, 511, 513, 1025)
+
+
+def _along(axes, make):
+    """Each axis; frames and clips up to long ones."""
+    found = along(axes, make, SIZES)
+    for axis in ("clips", "frames", "units"):
+        if axis in axes:
+            found += along({axis: axes[axis]}, lambda **size: make(**{**axes, **size}), LONG)
+    return found
+
+
+def encoders(rng: np.random.Generator) -> list[Sample]:
+    """Each axis, and the papers' own network."""
+    n = rng.standard_normal
+
+    def _sized(clips, channels, units, frames, width):
+        return None if frames < 2 else Sample("", (
+            n((clips, channels, frames)), n((units, channels, width)), n(units)))
+    thin = {"clips": 1, "channels": 2, "units": 3, "frames": 5, "width": 3}
+    found = _along(thin, _sized)
+    for label, sizes in (("the papers' own", (1, FEATURES, 256, 240, 25)),
+                         ("ten clips, odd frames", (10, FEATURES, 12, 61, 25)),
+                         ("a batch of 33", (33, 5, 8, 12, 25))):
+        found.append(Sample(label, _sized(*sizes).inputs, large=True))
+    X, W0, b0 = _sized(3, 3, 3, 3, 4).inputs
+    return found + [Sample("as many clips as channels, units and frames", (X, W0, b0)),
+                    Sample("no biases", (X, W0, 0 * b0)),
+                    Sample("hidden units that are all off", (X, W0, b0 - 100))]
+
+
+def decoders(rng: np.random.Generator) -> list[Sample]:
+    """Each axis, the papers' own network, and depooling by chance at other sizes."""
+    n = rng.standard_normal
+
+    def _sized(clips, channels, units, frames, width):
+        return Sample("", (n((clips, units, frames)), n((units, channels, width)), n(units)))
+    thin = {"clips": 1, "channels": 2, "units": 3, "frames": 3, "width": 3}
+    found = _along(thin, _sized)
+    for label, sizes in (("the papers' own", (1, FEATURES, 256, 120, 25)),
+                         ("a batch of 33, odd frames", (33, 5, 8, 7, 25))):
+        found.append(Sample(label, _sized(*sizes).inputs, large=True))
+    H, W0, b0 = _sized(3, 3, 3, 5, 3).inputs
+    return found + [Sample("odd frames by chance", (H, W0, b0),
+                           {"chosen": rng.integers(2, size=H.shape)})]
+
+
+def decoders_2016(rng: np.random.Generator) -> list[Sample]:
+    """The same, with filters of its own."""
+    return [Sample(s.label, (s.inputs[0], np.ascontiguousarray(s.inputs[1].swapaxes(0, 1)),
+                             rng.standard_normal(s.inputs[1].shape[1])), large=s.large)
+            for s in decoders(rng) if not s.attributes]
+
+
+def transformers(rng: np.random.Generator) -> list[Sample]:
+    """Each axis of T."""
+    n = rng.standard_normal
+
+    def _sized(clips, channels, first, second, frames, width):
+        shapes = ((clips, channels, frames), (first, channels, width), (first,),
+                  (second, first, width), (second,), (channels, second, width), (channels,))
+        return Sample("", tuple(n(shape) / np.sqrt(shape[1] * width if len(shape) == 3 and i else 1)
+                                for i, shape in enumerate(shapes)))
+    thin = {"clips": 1, "channels": 2, "first": 3, "second": 2, "frames": 5, "width": 3}
+    found = _along(thin, _sized)
+    return found + [Sample(label, _sized(*sizes).inputs, large=True) for label, sizes in (
+        ("the papers' own", (1, FEATURES, 128, 128, 61, 25)),
+        ("a batch of 33", (33, 4, 3, 5, 9, 15)))]
+
+
+def autoencoders(rng: np.random.Generator) -> list[Sample]:
+    """Each axis; biases and filters of zero among others."""
+    n = rng.standard_normal
+
+    def _sized(clips, channels, units, frames, width):
+        return Sample("", (n((clips, channels, 2 * frames)), n((units, channels, width)) / width,
+                           n(units)))
+    found = _along({"clips": 1, "channels": 2, "units": 3, "frames": 2, "width": 3}, _sized)
+    X, W0, b0 = _sized(2, 3, 4, 3, 3).inputs
+    b0[1], W0[2, 1] = 0.0, 0.0
+    chosen = rng.integers(2, size=(2, 4, 3))
+    return found + [Sample("weights of zero among others", (X, W0, b0), {"alpha": 2.0}),
+                    Sample("no sparsity", (X, W0, b0), {"alpha": 0.0}),
+                    Sample("sums by chance", (X, W0, b0), {"mean": False, "chosen": chosen}),
+                    Sample("sums by chance, alpha", (X, W0, b0 + 1),
+                           {"mean": False, "chosen": chosen, "alpha": 0.7}),
+                    Sample("means by chance, alpha", (X, W0, b0 + 1),
+                           {"chosen": chosen, "alpha": 0.7})]
+
+
+def contents(rng: np.random.Generator) -> list[Sample]:
+    """Each axis, each reading; clips that are equal among others, and nearly equal ones."""
+    n, found = rng.standard_normal, []
+    for reading in losses.READINGS:
+        found += [Sample(f"{s.label}, {reading}", s.inputs, {"reading": reading}, large=s.large)
+                  for s in _along({"clips": 1, "units": 2, "frames": 3},
+                                  lambda clips, units, frames: Sample("", (
+                                      n((clips, units, frames)), n((clips, units, frames)))))]
+        A = n((4, 3, 5))
+        B = A + n(A.shape) * np.array([1.0, 0.0, 1e-6, 1e3])[:, None, None]
+        found.append(Sample(f"equal clips among others, {reading}", (A, B), {"reading": reading}))
+        found.append(Sample(f"c and {reading}", (A + n(A.shape), B),
+                            {"reading": reading, "c": 2.5}))
+    return found + [Sample("c unsaid", (A, B)), Sample("no weight", (A, B), {"c": 0.0})]
+
+
+def styles(rng: np.random.Generator) -> list[Sample]:
+    """Each axis, each reading; the style reached in one clip among others."""
+    n, found = rng.standard_normal, []
+
+    def _sized(clips, units, frames):
+        root, H = n((clips, units, 4)), n((clips, units, frames))
+        return Sample("", (root @ root.swapaxes(1, 2), H))
+    for reading in losses.READINGS:
+        found += [Sample(f"{s.label}, {reading}", s.inputs, {"reading": reading}, large=s.large)
+                  for s in _along({"clips": 1, "units": 2, "frames": 3}, _sized)]
+        G, H = _sized(3, 3, 5).inputs
+        G[1], H[1] = 0.0, 0.0
+        found.append(Sample(f"nothing to do in one clip, {reading}", (G, H), {"reading": reading}))
+        G, H = _sized(3, 4, 5).inputs
+        H[:, 1], H[0, :, 2] = 0.0, 0.0
+        found += [Sample(f"units that never fire, {reading}", (G, H), {"reading": reading}),
+                  Sample(f"s and {reading}", _sized(2, 3, 4).inputs,
+                         {"reading": reading, "s": 3.0})]
+    lopsided = n((2, 4, 4))
+    return found + [Sample("s unsaid", (G, H)),
+                    Sample("a Gram matrix that is not symmetric", (lopsided, n((2, 4, 6))))]
+
+
+def _walk(rng, clips, frames, numbers=FEATURES):
+    motion = rng.standard_normal((clips, numbers, frames)) * 5
+    motion[:, TURN] *= 0.1
+    return motion
+
+
+def feet(rng: np.random.Generator) -> list[Sample]:
+    """Clips and frames; each foot alone; large turns; targets in their forms."""
+    def _contacts(clips, frames):
+        return rng.random((clips, 4, frames)) < 0.6
+    found = _along({"clips": 1, "frames": 3}, lambda clips, frames: Sample("", (
+        _walk(rng, clips, frames), _contacts(clips, frames))))
+    for foot in range(4):
+        contacts = np.zeros((2, 4, 5), bool)
+        contacts[0, foot], contacts[1, foot, 2] = True, True
+        found.append(Sample(f"row {foot} of the contacts alone", (_walk(rng, 2, 5), contacts)))
+    motion, contacts = _walk(rng, 2, 5), _contacts(2, 5)
+    turning = motion.copy()
+    turning[:, TURN] = np.linspace(-4, 4, 10).reshape(2, 5)
+    return found + [Sample("large turns", (turning, contacts)),
+                    Sample("no turn", (motion * (np.arange(FEATURES) != TURN)[:, None], contacts)),
+                    Sample("contacts as numbers", (motion, contacts.astype(float)))]
+
+
+def feet_with_targets(rng: np.random.Generator) -> list[Sample]:
+    """The targets of equation 7 in all their forms."""
+    found = []
+    for clips, frames in ((3, 5), (4, 4), (4, 5), (3, 4)):
+        motion, contacts = _walk(rng, clips, frames), rng.random((clips, 4, frames)) < 0.6
+        found += [Sample(f"{clips} clips, {frames} frames, a target of shape {shape}",
+                         (motion, contacts), {"target": rng.standard_normal(shape)})
+                  for shape in ((), (3, 1), (4, 1, 1), (4, 3, 1), (clips, 4, 3, frames - 1),
+                                (clips, 1, 1, 1), (1, 1, 3, frames - 1), (frames - 1,))]
+    return found
+
+
+def bones(rng: np.random.Generator, given: bool = True, numbers: int = FEATURES) -> list[Sample]:
+    """Clips and frames; bones of length 0, and nearly so, among others."""
+    def _lengths():
+        return {"lengths": rng.uniform(1, 9, len(BONES))} if given else {}
+    found = _along({"clips": 1, "frames": 2}, lambda clips, frames: Sample(
+        "", (_walk(rng, clips, frames, numbers),), _lengths()))
+    motion = _walk(rng, 3, 4, numbers)
+    first = 0 if numbers == FEATURES else 3
+    place = motion[:, first:first + 3 * JOINTS].reshape(3, JOINTS, 3, 4)
+    for (a, b), apart in zip(BONES[::4], (0.0, 1e-3, 1e-9, 0.0, 1e-200)):
+        place[1, b, :, 2] = place[1, a, :, 2] + [apart, 0.0, -apart]
+    place[2, BONES[3][1]] = place[2, BONES[3][0]]
+    motion[:, first:first + 3 * JOINTS] = place.reshape(3, 3 * JOINTS, 4)
+    return found + [Sample("bones of length 0 among others", (motion,), _lengths())] + (
+        [Sample("lengths wanted of 0", (_walk(rng, 2, 3),),
+                {"lengths": np.arange(len(BONES)) % 2 * 3.0})] if given else [])
+
+
+def paths(rng: np.random.Generator, form: str = "weighed") -> list[Sample]:
+    """Clips and frames, turns beyond half and whole turns, the turn's weight."""
+    def _sized(clips, frames):
+        return Sample("", (_walk(rng, clips, frames, FEATURES if form == "weighed" else 73),),
+                      {"wanted": rng.standard_normal((clips, 3, frames))})
+    found = _along({"clips": 1, "frames": 3}, _sized)
+    if form != "weighed":
+        return found
+    motion, wanted = _walk(rng, 2, 6), rng.standard_normal((2, 3, 6))
+    motion[:, TURN] = np.linspace(-7, 7, 12).reshape(2, 6)
+    wanted[:, 0] = -motion[:, TURN] * 1.1
+    found.append(Sample("turns beyond half a turn", (motion,), {"wanted": wanted}))
+    for weight in (0.0, 1e-4, 2.0, 1e4):
+        found.append(Sample(f"turn weight {weight:g}", (motion,),
+                            {"wanted": wanted, "turn_weight": weight}))
+    equal = wanted.copy()
+    equal[0] = motion[0, VELOCITIES]
+    return found + [Sample("one clip on its path", (motion,), {"wanted": equal})]
+
+
+def searches(rng: np.random.Generator) -> list[Sample]:
+    """Each axis; the beginning and the end of a search."""
+    n, found = rng.standard_normal, []
+
+    def _sized(clips, units, frames, near=1.0):
+        H = n((clips, units, frames))
+        away = near * n((clips, units, units))
+        return Sample("", (H,), {"content": H + near * n(H.shape),
+                                 "gram": H @ H.swapaxes(1, 2) + away + away.swapaxes(1, 2)})
+    found = _along({"clips": 1, "units": 2, "frames": 3}, _sized)
+    for near in (1e-3, 1e-6):
+        sample = _sized(2, 4, 6, near)
+        found.append(Sample(f"{near:g} from the end", sample.inputs, sample.attributes))
+    return found
+
+
+def totals(rng: np.random.Generator) -> list[Sample]:
+    """Samples in which each term of equation 10 weighs: all within a factor of ten, and each in
+    turn the heaviest."""
+    found = []
+    for reading in losses.READINGS:
+        for heaviest in ("none", *(term.name for term in objective.EQUATION_10)):
+            wished = {term.name: 10.0 if term.name == heaviest else 2.0
+                      for term in objective.EQUATION_10}
+            found.append(Sample(f"{reading}, heaviest: {heaviest}",
+                                *_balanced(rng, reading, wished)))
+    arrays, constants = _balanced(rng, "mean_squares", wished)
+    constants["deviation"] = constants["deviation"] * (np.arange(FEATURES) % 7 > 0)
+    found.append(Sample("numbers without deviation", arrays, constants))
+    more = _balanced(rng, "mean_squares", wished, clips=9, frames=17)
+    return found + [Sample("nine clips of odd frames", *more)]
+
+
+def _balanced(rng, reading, wished, clips=2, frames=6, units=5):
+    """Arrays and constants of a total loss whose terms come to what is wished."""
+    n = rng.standard_normal
+    w = objective.WEIGHTS[reading]
+    W0, b0, I = n((units, FEATURES, 3)) * 0.1, n(units) * 0.1, n((clips, FEATURES, frames))
+    arrays = (n((3, FEATURES, 3)) * 0.1, n(3), n((2, 3, 3)), n(2), n((FEATURES, 2, 3)), n(FEATURES))
+    mean, deviation = n(FEATURES), rng.uniform(0.5, 3, FEATURES)
+    deviation[TURN] *= 0.05
+    mean[TURN] *= 0.01
+    contacts = rng.random((clips, 4, frames)) < 0.6
+    O = networks.transform(I, dict(zip(networks.T_NAMES, arrays)))
+    H = networks.encode(O, {"W0": W0, "b0": b0})
+
+    def _per_clip(loss):
+        return float(np.mean(loss))
+    feet_now = w.foot * _per_clip(losses.foot_loss(_motion(O, mean, deviation), contacts))
+    size = np.sqrt(wished["foot"] / feet_now)
+    for numbers in (mean, deviation):
+        numbers[POSITIONS] *= size
+        numbers[TRANSLATION] *= size
+    motion = _motion(O, mean, deviation)
+    away = {"content": n(H.shape), "gram": n((clips, units, units)),
+            "bones": rng.uniform(-1, 1, len(BONES)), "trajectory": n((clips, 3, frames))}
+    away["trajectory"][:, 0] *= 0.01
+    away["gram"] += away["gram"].swapaxes(1, 2)
+    gram = H @ H.swapaxes(1, 2)
+    lengths = np.abs(losses._bone_errors(motion, np.zeros(len(BONES)), BONES)[1]).mean(axis=(0, 2))
+    made: dict[str, Any] = {"hidden": H, "gram": gram, "bones": lengths,
+                            "trajectory": motion[:, VELOCITIES]}
+
+    def _term(name):
+        return {"content": lambda: w.content * _per_clip(losses.content_loss(
+                    made["hidden"], H, reading=reading)),
+                "style": lambda: w.style * _per_clip(losses.style_loss(
+                    made["gram"], H, s=1.0, reading=reading)),
+                "bone": lambda: w.bone * _per_clip(losses.bone_loss(motion, made["bones"])),
+                "trajectory": lambda: w.trajectory * _per_clip(losses.trajectory_loss(
+                    motion, made["trajectory"], turn_weight=w.turn))}[name]()
+    for name, key, start, step in (("content", "hidden", H, away["content"]),
+                                   ("style", "gram", gram, away["gram"]),
+                                   ("bone", "bones", lengths, away["bones"]),
+                                   ("trajectory", "trajectory", motion[:, VELOCITIES],
+                                    away["trajectory"])):
+        factor = 1.0
+        for _ in range(40):                                      # to within a tenth
+            made[key] = start + factor * step
+            found = _term(name)
+            if abs(found / wished[name] - 1) < 0.1:
+                break
+            factor *= (wished[name] / found) ** (0.5 if reading != "norm" or name in (
+                "bone", "trajectory") else 1.0)
+    constants = {"I": I, "W0": W0, "b0": b0, **made, "contacts": contacts, "mean": mean,
+                 "deviation": deviation, "reading": reading}
+    return arrays, constants
+
+
+def _motion(O, mean, deviation):
+    return O * deviation[:, None] + mean[:, None]
+
+
+def shares(sample: Sample) -> dict[str, float]:
+    """What each term of a total loss's sample comes to.   ->  {term: mean over the clips}"""
+    given = dict(sample.attributes)
+    reading = given.pop("reading", "norm")
+    loss_network = {name: given.pop(name) for name in ("W0", "b0")}
+    mean, deviation = given.pop("mean"), given.pop("deviation")
+    return objective.total_loss(dict(zip(networks.T_NAMES, sample.inputs)),
+                                objective.Batch(**given), loss_network, mean, deviation,
+                                objective.WEIGHTS[reading])[1]

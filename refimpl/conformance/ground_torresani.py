@@ -1,0 +1,268 @@
+"""Where real code breaks: samples for the system of 2006. Angles near none, half and whole turns;
+data on which approximate searches fail; ties, empty and full solutions; sizes and their relations.
+"""
+
+import numpy as np
+
+from . import definitions_learning as learning, definitions_torresani as plain
+from .ground_nn import along
+from .specification import Sample
+
+SIZES = (1, 2, 8, 9, 16, 17, 31, 32, 33, 64, 65, 129)
+AWAY = 10.0 ** -np.arange(1.0, 16.0)                         # radians from a singular angle
+
+
+def _walk(rng, frames, angles=3):
+    return rng.standard_normal((frames, angles)).cumsum(axis=0) * 0.2
+
+
+def time_warps(rng: np.random.Generator) -> list[Sample]:
+    """Sizes, and pairs on which a search in a band or in coarse steps fails: whole numbers, long
+    waits, a sequence against its shifted self."""
+    found = along({"frames": 4, "angles": 2}, lambda frames, angles: Sample(
+        "", (_walk(rng, frames, angles), _walk(rng, frames + 3, angles))), SIZES)
+    for number in range(8):
+        found.append(Sample(f"whole numbers {number}", (
+            rng.integers(0, 4, (24 + number % 2, 1)).astype(float),
+            rng.integers(0, 4, (25, 1)).astype(float))))
+    X = _walk(rng, 30)
+    waits = np.concatenate([X[:1].repeat(20, axis=0), X, X[-1:].repeat(3, axis=0)])
+    spikes = np.zeros((40, 1))
+    spikes[[3, 30]] = 5.0
+    return found + [
+        Sample("large numbers", (X * 1e6, X[::-2] * 1e6)),
+        Sample("nearly equal ways", (np.round(X, 1) + 1e-8 * rng.standard_normal(X.shape),
+                                     np.round(X[::2], 1))),
+        Sample("a long wait at the beginning", (X, waits)),
+        Sample("against itself, shifted", (X, np.roll(X, 11, axis=0))),
+        Sample("spikes far apart", (spikes, np.roll(spikes, 9, axis=0))),
+        Sample("three against many", (_walk(rng, 3), _walk(rng, 50))),
+        Sample("backwards", (X, X[::-1].copy())),
+        Sample("far from zero", (X + 1e4, X[::2] + 1e4))]
+
+
+def clusters(rng: np.random.Generator) -> list[Sample]:
+    """Counts; chains that join late; none and all alike; one element."""
+    def _distances(count):
+        d = rng.uniform(0, 1, (count, count))
+        d = d + d.T
+        np.fill_diagonal(d, 0)
+        return d
+    found = along({"count": 4}, lambda count: Sample("", (_distances(count),),
+                                                     {"threshold": 1.2 / count}), SIZES)
+    order = rng.permutation(20)
+    chain = np.abs(np.subtract.outer(order, order)).astype(float)
+    unknown = chain.copy()
+    unknown[[2, 9], [9, 2]], unknown[[4, 7], [7, 4]] = np.nan, np.inf
+    far = 5.0 * (1 - np.eye(5))
+    far[[0, 1], [1, 0]] = np.nan
+    return found + [Sample("unknown beside far", (far,), {"threshold": 1.0}),
+                    Sample("unknown and infinite distances", (unknown,), {"threshold": 1.5}),
+                    Sample("a long chain", (chain,), {"threshold": 1.5}),
+                    Sample("every second", (chain,), {"threshold": 1.0}),
+                    Sample("one alone", (np.zeros((1, 1)),), {"threshold": 1.0}),
+                    Sample("all the same", (np.zeros((6, 6)),), {"threshold": 0.5}),
+                    Sample("two groups in turns", (np.where(np.add.outer(
+                        np.arange(9), np.arange(9)) % 2, 5.0, 1.0) * (1 - np.eye(9)),),
+                        {"threshold": 2.0})]
+
+
+def interpolations(rng: np.random.Generator) -> list[Sample]:
+    """Lengths, paths with waits, headings that turn beyond a whole turn, each axis up."""
+    found = []
+    for frames, others in ((5, 33), (33, 5), (64, 65), (1, 1), (2, 9), (17, 17)):
+        X, Y = _walk(rng, frames), _walk(rng, others)
+        roots = [_walk(rng, len(x), 4) for x in (X, Y)]
+        path = plain.dtw_path(X, Y)
+        for alpha in (0.25, 0.75):
+            found.append(Sample(f"{frames} against {others} frames, alpha {alpha:g}",
+                                (X, Y, *roots, path), {"alpha": alpha}))
+        roots[0][:, 3] = np.linspace(0, 7, frames)
+        roots[1][:, 3] = np.linspace(3.1, -3.3, others) + 2 * np.pi
+        found.append(Sample(f"{frames} against {others} frames, turning",
+                            (X, Y, *roots, path), {"alpha": 0.4, "up": "z", "smooth": 2.0},
+                            factors=(30.0, 30.0)))
+    return found
+
+
+def segmentations(rng: np.random.Generator) -> list[Sample]:
+    """Fragments of many lengths, of which one is like the beginning of another; whole numbers."""
+    found = []
+    for lengths in ((2,) * 9, (8, 9, 16), (17, 3, 1, 1, 33), (1, 1, 1), (31, 32)):
+        frames = _walk(rng, sum(lengths))
+        pieces = plain.sequences(frames, lengths)
+        order = rng.integers(0, len(lengths), 4)
+        Y = np.concatenate([np.repeat(pieces[k], 1 + number % 2, axis=0)
+                            for number, k in enumerate(order)])
+        found.append(Sample(f"lengths {lengths}", (Y + 0.02 * rng.standard_normal(Y.shape), frames),
+                            {"lengths": lengths}))
+    like = np.concatenate([np.arange(6.0), np.arange(3.0), [9.0, 9, 9]])[:, None]
+    found.append(Sample("one is the beginning of another", (np.array(
+        [0.0, 1, 2, 0, 1, 2, 3, 4, 5, 9, 9, 0, 1, 2])[:, None], like), {"lengths": (6, 3, 3)}))
+    for number in range(6):
+        found.append(Sample(f"whole numbers {number}", (
+            rng.integers(0, 3, (20, 1)).astype(float), rng.integers(0, 3, (12, 1)).astype(float)),
+            {"lengths": (5, 3, 4)}))
+    return found
+
+
+def components(rng: np.random.Generator) -> list[Sample]:
+    """Many and few sequences and components, lengths that are stretched and shrunk."""
+    found = []
+    for lengths, count, length in (((5,) * 17, 3, 8), ((33, 2, 16, 9), 3, 9), ((64, 65, 31), 2, 32),
+                                   ((4, 4, 4, 4), 1, 4), ((7, 12), 1, 50),
+                                   ((6,) * 33, 5, 6)):
+        found.append(Sample(f"{len(lengths)} sequences, {count} components, length {length}",
+                            (_walk(rng, sum(lengths)),),
+                            {"lengths": lengths, "components": count, "length": length}))
+    alike = rng.standard_normal((24, 2)) * [1.0, 0.999]
+    alike -= alike.mean(axis=0)
+    alike, _ = np.linalg.qr(alike)
+    found.append(Sample("variances that are nearly equal", (alike * [1.0, 0.995],),
+                        {"lengths": (1,) * 24, "components": 2, "length": 1}))
+    return found
+
+
+def kernels(rng: np.random.Generator) -> list[Sample]:
+    """Counts, points near each other far from zero, exponents to where nothing is left."""
+    n = rng.standard_normal
+    found = along({"points": 3, "others": 2, "numbers": 2}, lambda points, others, numbers: Sample(
+        "", (n((points, numbers)), n((others, numbers))), {"gamma": 0.5}), (*SIZES, 129))
+    A = n((4, 3))
+    return found + [Sample("a point at infinity", (np.where(np.eye(4, 3) > 0, np.inf, A), A),
+                           {"gamma": 1.0}),
+                    Sample("near each other far from zero", (A + 1e8, A + 1e8 + 1e-3 * n((4, 3))),
+                           {"gamma": 2.0}),
+                    Sample("very near", (A, A + 1e-9 * n((4, 3))), {"gamma": 1e17}),
+                    Sample("tiny gamma", (A, n((3, 3))), {"gamma": 1e-12}),
+                    Sample("nothing left", (A * 50, -A * 50), {"gamma": 3.0})]
+
+
+def ridges(rng: np.random.Generator) -> list[Sample]:
+    """Examples, inputs and targets in every relation; small and large ridges; columns of very
+    different size."""
+    n = rng.standard_normal
+    found = [Sample(f"{examples} examples, {inputs} inputs, {targets} targets",
+                    (n((examples, inputs)), n((examples, targets))), {"ridge": 0.3}) for examples,
+             inputs, targets in ((2, 1, 3), (3, 3, 3), (1, 4, 2), (9, 2, 5), (33, 8, 1), (8, 17, 9),
+                                 (64, 16, 3), (129, 5, 2), (17, 65, 2))]
+    Z, Y = n((9, 3)), n((9, 2))
+    return found + [Sample("a large ridge", (Z, Y), {"ridge": 1e4}),
+                    Sample("columns of uneven size", (Z * [1.0, 1e3, 1e-3], Y), {"ridge": 0.1}),
+                    Sample("no ridge to speak of", (Z, Y), {"ridge": 1e-6})]
+
+
+def kernel_ridges(rng: np.random.Generator) -> list[Sample]:
+    """More and fewer targets than examples; ridges."""
+    n, found = rng.standard_normal, []
+    for examples, targets, ridge in ((2, 3, 0.5), (3, 3, 0.1), (1, 2, 1.0), (17, 1, 0.2),
+                                     (33, 4, 10.0), (9, 12, 1e-3), (65, 2, 0.05), (129, 1, 0.5)):
+        A = n((examples, 2))
+        found.append(Sample(f"{examples} examples, {targets} targets, ridge {ridge:g}", (
+            plain.gaussian_kernel(A, A, gamma=0.5), n((examples, targets))), {"ridge": ridge}))
+    return found
+
+
+def vectors(rng: np.random.Generator) -> list[Sample]:
+    """Turns near 0, pi and 2 pi, on both sides, about axes of both signs and the coordinates'."""
+    axes = np.concatenate([np.eye(3), -np.eye(3), rng.standard_normal((4, 3))])
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    found = [Sample("near none", (np.concatenate([axes * a for a in AWAY]),)),
+             Sample("many turns", (np.concatenate([axes * a for a in (50.0, 1e3, 1e5)]),),
+                    factors=(1e5,))]
+    for label, angle in (("half a turn", np.pi), ("a whole turn", 2 * np.pi)):
+        for side in (-1, 1):
+            found.append(Sample(f"near {label}, {'below' if side < 0 else 'above'}", (
+                np.concatenate([axes * (angle + side * a) for a in AWAY]),)))
+    found += [Sample("exactly half a turn and a whole one", (np.concatenate(
+        [axes * np.pi, axes * 2 * np.pi]),)), Sample("one among many that turn", (np.concatenate(
+            [rng.standard_normal((4, 3)), np.zeros((1, 3)), 1e-9 * axes[:2]]),))]
+    return found + along({"turns": 2}, lambda turns: Sample("", (rng.standard_normal((turns, 3)),)),
+                         (*SIZES, 129))
+
+
+def matrices(rng: np.random.Generator) -> list[Sample]:
+    """The same turns as matrices; products of many turns, which are rotations up to rounding."""
+    found = []
+    for sample in vectors(rng):
+        v = sample.inputs[0]
+        angle = np.linalg.norm(v, axis=1)
+        below = v[angle <= np.pi - 1e-6]
+        if len(below):
+            found.append(Sample(sample.label, (learning.exponential_map(below),),
+                                large=sample.large, factors=(_steep(below),)))
+    half = np.array([2 * np.outer(a, a) - np.eye(3) for a in (
+        (1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0), (0.6, 0.8, 0), (0.8, 0, 0.6), (0, 0.6, 0.8),
+        (0.6, -0.8, 0), (0.8, 0, -0.6), (0, 0.6, -0.8), (0.48, -0.6, 0.64), (0.48, 0.6, -0.64),
+        (-0.48, 0.6, 0.64))])
+    products = [np.eye(3)]
+    for _ in range(50):
+        turn = learning.exponential_map(0.3 * rng.standard_normal((1, 3)))[0]
+        products.append(products[-1] @ turn)
+    many = np.array(products)
+    angles = np.arccos(np.clip((np.trace(many, axis1=1, axis2=2) - 1) / 2, -1, 1))
+    return found + [Sample("half turns about many axes", (half,)),
+                    Sample("products of many", (many[angles < 3.0],))]
+
+
+def _steep(vectors):
+    """Near half a turn the vector is sure only to eps / (pi - angle)."""
+    nearest = (np.pi - np.linalg.norm(vectors, axis=1)).min()
+    return float(max(1.0, 0.1 / max(nearest, 1e-6)))
+
+
+def continuous(rng: np.random.Generator) -> list[Sample]:
+    """Sequences through half and whole turns, back and forth, of several joints."""
+    found = []
+    for label, angles in (("through half a turn", np.linspace(2.8, 3.5, 33)),
+                          ("back and forth", 3.1 + 0.3 * np.sin(np.linspace(0, 9, 64))),
+                          ("the other way", np.linspace(0.2, -7.0, 65)),
+                          ("standing", np.full(9, 1.0)),
+                          ("through none, on and on", np.linspace(-2, 14, 33)),
+                          ("ending at none", np.linspace(-6, 0, 13))):
+        axes = rng.standard_normal((3, 3))
+        axes /= np.linalg.norm(axes, axis=1)[:, None]
+        turning = np.stack([learning.exponential_map(np.outer(angles, a)) for a in axes], axis=1)
+        found.append(Sample(label, (turning,
+                                    learning.exponential_map(0.3 * rng.standard_normal((3, 3))))))
+    many, axis = np.linspace(0, 40, 129), np.array([0.6, 0.0, 0.8])
+    turning = learning.exponential_map(np.outer(many, axis))
+    return found + [Sample("six turns", (turning[:, None],
+                                         learning.exponential_map(0.1 * axis[None])))]
+
+
+def golden(rng: np.random.Generator) -> list[Sample]:
+    """Wide and narrow brackets, minima at both ends and beyond, flat bottoms, many at once."""
+    at = rng.uniform(-1, 1, 33)
+    bowls = np.stack([at ** 2, -2 * at, np.ones(33)], axis=1)
+    ones = np.ones(33)
+    return [Sample("many at once", (bowls, -2 * ones, 2 * ones)),
+            Sample("wide brackets", (bowls[:6], -1e6 * ones[:6], 1e6 * ones[:6])),
+            Sample("narrow brackets", (bowls[:6], at[:6] - 1e-4, at[:6] + 2e-4)),
+            Sample("minima beyond the ends", (bowls[:6], 3 * ones[:6], 5 * ones[:6])),
+            Sample("minima before them", (bowls[:6], -5 * ones[:6], -3 * ones[:6]))]
+
+
+def machines(rng: np.random.Generator) -> list[Sample]:
+    """No support vector, all of them, all at the box, many and few examples."""
+    found = []
+    for label, count, C, epsilon in (("everything in the tube", 9, 1.0, 50.0),
+                                     ("no tube", 7, 2.0, 0.0), ("all at the box", 8, 1e-3, 0.01),
+                                     ("many", 65, 1.0, 0.2), ("one", 1, 1.0, 0.1),
+                                     ("two", 2, 3.0, 0.1),
+                                     ("a wide box", 40, 1e4, 0.01)):
+        A, new = rng.standard_normal((count, 2)), rng.standard_normal((3, 2))
+        y = 2 * np.sin(A[:, 0]) + A[:, 1] + 3.0
+        found.append(Sample(label, (plain.gaussian_kernel(A, A, gamma=0.5), y,
+                                    plain.gaussian_kernel(new, A, gamma=0.5)),
+                            {"C": C, "epsilon": epsilon}, factors=(1.0, 1e3), large=count > 30))
+    return found
+
+
+def efforts(rng: np.random.Generator) -> list[Sample]:
+    """Frames and joints, and other frame rates."""
+    found = along({"frames": 6, "joints": 2}, lambda frames,
+                  joints: Sample("", (_walk(rng, frames, 3 * joints).reshape(frames, joints, 3),),
+                                 {"fps": 30.0}), (*SIZES[2:], 511, 513, 1025))
+    return found + [Sample(f"{fps:g} frames a second", (_walk(rng, 9, 6).reshape(9, 2, 3),),
+                           {"fps": fps}) for fps in (1.0, 24.0, 119.88, 2000.0, 1e5)]

@@ -1,0 +1,173 @@
+"""What is asked about a sample: both precisions, every layout of every argument, promises, and what
+`extremes` adds."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+import zlib
+
+import numpy as np
+
+from ..gradcheck.contract import LAYOUTS
+from .calls import Case, answered, in_single, precisions
+from .extremes import poisoned, ranges
+from .specification import Operation, Sample, cast, cast_attributes
+
+OF_VALUES = ("leaves its inputs alone", "same bits twice", "memory of its own",
+             "reads its arguments anew")
+PROMISES = (*OF_VALUES, "linear in the upstream gradient")
+
+
+def generator(operation: Operation, seed: int) -> np.random.Generator:
+    """The random numbers of an operation depend on the seed and its name alone, so that a new
+    operation changes no other's cases."""
+    return np.random.default_rng([seed, zlib.crc32(operation.name.encode())])
+
+
+def ground_of(operation: Operation, seed: int) -> list[Sample]:
+    """The samples of an operation's ground."""
+    return operation.ground(np.random.default_rng([seed, 1, zlib.crc32(operation.name.encode())]))
+
+
+def of_samples(operation: Operation, samples: Sequence[Sample], seed: int,
+               thorough: bool) -> Iterator[Case]:
+    """All that is asked about an operation's own samples."""
+    rng, smooth = generator(operation, seed + 2), [s for s in samples if s.smooth]
+    others = _other_calls(operation, seed)
+    for number, sample in enumerate(samples):
+        calls = list(_calls(operation, sample, rng, seed))
+        for call, reference, known in calls:
+            yield from _values(call, reference, known, sample)
+        chosen = number == 0 or (thorough and any(
+            sample is other for other in (smooth[-1], _most_axes(smooth))))
+        for call, reference, _ in calls if chosen else ():
+            yield from _layouts(call, reference, sample, thorough)
+            if thorough and operation.backward:
+                yield from _spread_out(call, reference)
+            yield from _promises(call, reference, others, thorough)
+        if number == 0 and operation.batched:
+            yield from _empty_batch(operation, sample, rng, seed, thorough)
+        elif thorough and sample.smooth and not chosen:
+            for call, reference, _ in calls:
+                yield _promise(answered(call, reference, ""), "memory of its own")
+        if chosen and thorough and "float32" in operation.precisions:
+            for call, reference, _ in calls:
+                yield from poisoned(call, reference)
+                yield from ranges(call, reference)
+
+
+def of_ground(operation: Operation, samples: Iterable[Sample], seed: int) -> Iterator[Case]:
+    """Values in both precisions."""
+    rng = generator(operation, seed + 3)
+    for sample in samples:
+        for call, reference, known in _calls(operation, sample, rng, seed):
+            for case in _values(call, reference, known, sample):
+                yield replace(case, core=False)
+            if not sample.large:
+                case = _promise(answered(call, reference, ""), "memory of its own")
+                yield replace(case, core=False)
+
+
+def in_float32(call: Case) -> Case | None:
+    """The same call in single precision, None where the arguments have none."""
+    arguments = cast(call.arguments, np.float32)
+    kinds = {x.dtype for x in call.arguments if isinstance(x, np.ndarray) and x.dtype.kind == "f"}
+    if kinds != {np.dtype(float)}:
+        return None
+    return replace(call, id=f"{call.id}, float32", single=True, arguments=arguments,
+                   attributes=cast_attributes(call.attributes, np.float32))
+
+
+def _calls(operation, sample, rng, seed):
+    """The forward and the backward call of a sample.
+
+    ->  yields Case without a kind, reference, known answer or None
+    """
+    known = sample.known or {}
+    call = Case(f"{operation.name}/{sample.label}/forward", operation, operation.name, "",
+                sample.inputs, sample.attributes, seed=seed, factors=sample.factors)
+    yield call, operation.f, known.get("outputs") if operation.backward else None
+    if operation.backward and (sample.smooth or known or sample.exact):
+        shape = np.shape(operation.f(*sample.inputs, **sample.attributes))
+        upstream = (known["upstream"] if known else rng.standard_normal(shape)
+                    if sample.upstream is None else np.full(shape, sample.upstream))
+        yield (replace(call, id=f"{operation.name}/{sample.label}/backward",
+                       function=f"{operation.name}_backward",
+                       arguments=(np.asarray(upstream), *sample.inputs)),
+               operation.backward, known.get("gradients"))
+
+
+def _values(call, reference, known, sample):
+    decided = not sample.smooth or sample.exact
+    case = answered(call, reference, "float64", whole=decided, exact=decided)
+    yield replace(case, expected=known) if known else case
+    if "float32" in call.operation.precisions:
+        case = answered(in_single(call), reference, "float32", whole=decided, exact=sample.exact)
+        yield replace(case, expected=known) if known else case
+
+
+def _layouts(call, reference, sample, thorough):
+    for one, precision in precisions(call, thorough):
+        arrays = [i for i, x in enumerate(one.arguments)
+                  if isinstance(x, np.ndarray) and x.ndim]
+        alone = arrays if thorough and not precision and len(arrays) > 1 else []
+        found = answered(one, reference, "")
+        for layout in LAYOUTS:
+            for only in [None, *alone]:
+                kind = layout + precision + (f", {one.names[only]} alone" if only in alone else "")
+                yield replace(found, id=found.id + kind, kind=kind, layout=layout, only=only)
+
+
+def _spread_out(call, reference):
+    """Each argument in turn as np.broadcast_to gives it: one clip, or element, read many times."""
+    for one, precision in precisions(call):
+        for i, x in enumerate(one.arguments):
+            if isinstance(x, np.ndarray) and x.dtype.kind == "f" and x.ndim and len(x) > 1:
+                for layout, same in (("stride 0", np.repeat(x[:1], len(x), axis=0)),
+                                     ("every stride 0", np.full_like(x, x.flat[0]))):
+                    put = replace(one, arguments=(*one.arguments[:i], same, *one.arguments[i + 1:]))
+                    try:
+                        yield answered(put, reference, f"{layout}, {one.names[i]}{precision}",
+                                       layout=layout, only=i)
+                    except ValueError:                           # a special matrix or sequence
+                        continue
+
+
+def _promises(call, reference, others, thorough):
+    for one, precision in precisions(call, thorough):
+        found = answered(one, reference, "")
+        for promise in PROMISES if call.function.endswith("_backward") else OF_VALUES:
+            other = tuple((cast(a, np.float32), cast_attributes(k, np.float32)) if precision
+                          else (a, k) for a, k in others[call.function])
+            yield _promise(found, promise + precision, others=other)
+
+
+def _promise(found, kind, **changes):
+    return replace(found, id=found.id + kind, kind=kind, **changes)
+
+
+def _most_axes(samples):
+    """The first sample with the most axes: of a vector every layout is alike."""
+    return max(samples, key=lambda s: sum(np.ndim(x) for x in s.inputs if x is not None))
+
+
+def _other_calls(operation, seed):
+    """Valid calls with other numbers: of the first sample's shapes, and of the second's.
+
+    ->  {function: ((arguments, attributes), ...)}
+    """
+    rng = generator(operation, seed + 1)
+    found: dict[str, tuple] = {}
+    for sample in operation.samples(rng)[:2]:
+        for call, _, _ in _calls(operation, sample, rng, seed):
+            there = found.get(call.function, ())
+            found[call.function] = (*there, (call.arguments, call.attributes))
+    return found
+
+
+def _empty_batch(operation, sample, rng, seed, thorough):
+    empty = tuple(a[:0] if i in operation.batched else a for i, a in enumerate(sample.inputs))
+    upstream = np.zeros(np.shape(operation.f(*empty, **sample.attributes)))
+    sample = Sample(sample.label, empty, sample.attributes, known={"upstream": upstream})
+    for call, reference, _ in _calls(operation, sample, rng, seed):
+        for one, precision in precisions(call, thorough):
+            yield answered(one, reference, "empty batch" + precision)

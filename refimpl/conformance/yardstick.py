@@ -1,0 +1,78 @@
+r"""How near is near? What each element of an answer sums, as the measure of its rounding.
+
+An element y = sum_i t_i of many terms is rounded by about a last digit of S = sum_i |t_i|, whatever
+the sum itself comes to. S is not asked of the operation: it is measured. Let every input move by a
+tiny share delta c_i of itself, where the c_i are drawn from Cauchy's distribution. Then
+
+    y' - y = delta sum_i c_i t_i      is Cauchy's again, with the scale delta S,
+
+so that the median of |y' - y| / delta over a few draws is S. (Normal numbers would give the root of
+the summed squares, which forgets how many terms there are.)
+"""
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..gradcheck.difference import largest
+from .specification import as_tuple, cast, cast_attributes
+
+MOVES, SHARE, FARTHEST = 5, 1e-11, 1e5         # draws; delta; of the distribution, the tails' end
+
+
+class Yardstick:
+    """Sizes for the outputs of one call: S, and at least the elements themselves; the largest of a
+    clip and channel (the last axis of an output, the elements of a vector alone).
+
+    reference, arguments, attributes : the call, in float64;  expected : its outputs
+    whole : one size for a whole output, its largest element: for searches, and where a tie or a
+    kink lies so near that the answer jumps
+    """
+
+    def __init__(self, reference: Callable, arguments: tuple, attributes: Mapping[str, Any],
+                 expected: tuple, whole: bool = False) -> None:
+        self._call = reference, arguments, attributes
+        self._expected, self._whole = expected, whole
+
+    @cached_property
+    def sizes(self) -> tuple[np.ndarray | float | None, ...]:
+        """For each output an array that broadcasts to it (None for one that is None)."""
+        own = [None if y is None else np.where(np.isfinite(y), np.abs(y).astype(float), 0.0)
+               for y in self._expected]
+        if self._whole:
+            return tuple(None if y is None else largest(y) for y in self._expected)
+        moved = self._moved()
+        return tuple(None if y is None else of_rows(np.maximum(y, size))
+                     for y, size in zip(own, moved))
+
+    @np.errstate(all="ignore")
+    def _moved(self):
+        reference, arguments, attributes = self._call
+        arguments = cast(arguments, np.float64)
+        attributes = cast_attributes(attributes, np.float64)
+        rng, found = np.random.default_rng(0), []
+        for _ in range(MOVES):
+            def _move(values):
+                return tuple(
+                    v * (1 + SHARE * np.clip(rng.standard_cauchy(v.shape), -FARTHEST, FARTHEST))
+                    if isinstance(v, np.ndarray) and v.dtype.kind == "f" else v for v in values)
+            outputs = as_tuple(reference(*_move(arguments),
+                                         **dict(zip(attributes, _move(attributes.values())))))
+            found.append([0.0 if y is None else np.where(
+                np.isfinite(y) & np.isfinite(z), np.abs(z - y), 0.0) / SHARE
+                for y, z in zip(self._expected, outputs)])
+        return [np.median(np.stack(column), axis=0) if np.ndim(column[0]) else
+                float(np.median(column)) for column in zip(*found)]
+
+
+def of_rows(sizes: np.ndarray) -> np.ndarray:
+    """The largest along the last axis; the elements of a vector themselves.
+
+    >>> of_rows(np.array([[1.0, 3.0], [2.0, 0.0]])).tolist()
+    [[3.0], [2.0]]
+    """
+    if sizes.ndim < 2 or not sizes.size:
+        return sizes
+    return sizes.max(axis=-1, keepdims=True)
