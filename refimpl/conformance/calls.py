@@ -67,11 +67,13 @@ class Case:
         """The precision of the inputs, which the outputs must have."""
         return "float32" if self.single else "float64"
 
-    def allowances(self, tolerances: Mapping[str, float] = TOLERANCES) -> tuple[Any, ...]:
+    def allowances(self, tolerances: Mapping[str, float] = TOLERANCES,
+                   measured: bool = True) -> tuple[Any, ...]:
         """How far each element of each output may be off (None for an output that is None): the
         tolerance times what the elements of its clip and channel sum.
 
         tolerances : {precision: bound}, the kit's own unless a backend declares others
+        measured : False for the least that it comes to, which costs nothing
         """
         expected = self.expected or ()
         if self.exact:
@@ -83,7 +85,8 @@ class Case:
             own = TOLERANCES[self.precision]
             return tuple(None if y is None else bound * max(tolerance / own, 1.0)
                          * (largest(y) or 1.0) for y, bound in zip(expected, self.allowed))
-        sizes = (self.yardstick.sizes if self.yardstick
+        yardstick = self.yardstick
+        sizes = (yardstick.sizes if yardstick and measured else yardstick.least if yardstick
                  else tuple(None if y is None else largest(y) or 1.0 for y in expected))
         factors = self.factors or (1.0,) * len(expected)
         least = 4.0 * float(np.finfo(self.precision).smallest_subnormal)
@@ -129,12 +132,12 @@ def _answer(reference, call):
 
 
 def answered(call: Case, reference: Callable, kind: str, *, whole: bool = False,
-             **changes: Any) -> Case:
+             firm: bool = False, **changes: Any) -> Case:
     """The call as a case of a kind, with the reference's answer and what its elements sum."""
     expected = _answer(reference, call)
     whole = whole or call.operation.backward is None
     return replace(call, id=f"{call.id}/{kind}", kind=kind, expected=expected, yardstick=Yardstick(
-        reference, call.arguments, call.attributes, expected, whole), **changes)
+        reference, call.arguments, call.attributes, expected, whole, firm), **changes)
 
 
 def in_single(call: Case) -> Case:

@@ -18,17 +18,21 @@ LARGE = 60                                       # beyond it the second derivati
 
 def along(axes: Mapping[str, int], make: Callable[..., Sample | None],
           sizes: Sequence[int] = SIZES) -> list[Sample]:
-    """Samples in which one axis after the other takes each size, the others being thin.
+    """Samples in which one axis after the other takes each size, the others being thin, and pairs
+    of axes that fill blocks together, or just do not.
 
     axes : {name: thin size};  make : of the sizes by name -> Sample, or None where they do not fit
     """
-    found = []
-    for axis, size in product(axes, sizes):
-        sample = make(**{**axes, axis: size})
+    found = [(f"{size} {axis}", {axis: size}) for axis, size in product(axes, sizes)]
+    found += [(f"{m} {a}, {n} {b}", {a: m, b: n}) for a, b in combinations(axes, 2)
+              for m, n in ((8, 8), (16, 32), (9, 17)) if {m, n} <= set(sizes)]
+    samples = []
+    for label, chosen in found:
+        sample = make(**{**axes, **chosen})
         if sample is not None:
-            found.append(Sample(f"{size} {axis}", sample.inputs, sample.attributes,
-                                sample.smooth, exact=sample.exact, large=size > LARGE))
-    return found
+            samples.append(Sample(label, sample.inputs, sample.attributes, sample.smooth,
+                                  exact=sample.exact, large=max(chosen.values()) > LARGE))
+    return samples
 
 
 def pairs(levels: Mapping[str, Sequence[Any]], fits: Callable[[dict[str, Any]], bool],
@@ -141,8 +145,10 @@ def pools(rng: np.random.Generator, average: bool = False) -> list[Sample]:
     found += along({"frames": 9}, lambda frames: Sample(
         "", (_spread(rng, 1, 1, frames), 2), {"stride": 1}), (255, 257, *LONG))
     low = -3.402e38 * (1 - 1e-6 * np.arange(36.0).reshape(2, 2, 9))
-    found.append(Sample("far below zero, with padding", (low, 3), {"padding": 1, "stride": 2},
-                        exact=not average))
+    found += [Sample("far below zero, with padding", (low, 3), {"padding": 1, "stride": 2},
+                     exact=not average),
+              Sample("below float32, with padding", (low * 1e100, 3), {"padding": 1},
+                     exact=not average)]
     found += [Sample(f"windows of {width} half over each other", (_spread(rng, 1, 2, 5 * width),
                                                                   width), {"stride": width // 2})
               for width in (16, 33, 65, 300)]
@@ -182,6 +188,9 @@ def _near_ties(rng):
     found.append(Sample("small numbers, none near another", (small, 3), {"stride": 2}, exact=True))
     signs = np.sign(_spread(rng, 2, 2, 12)) * np.abs(_spread(rng, 2, 2, 12)).round()
     found.append(Sample("whole numbers, zeros and ties", (signs, 3), {"stride": 2}, exact=True))
+    for width in (8, 16, 33):                                    # lanes of a vector, and beyond
+        few = rng.integers(-2, 1, (1, 3, 2 * width)).astype(float)
+        found.append(Sample(f"many ties in windows of {width}", (few, width), exact=True))
     x = _spread(rng, 2, 3, 12)
     x[0, 1, 5] = x[0, 1, 4]
     x[1, 2, :3] = 0.0, -0.0, 0.0
@@ -236,6 +245,9 @@ def elements(rng: np.random.Generator, inputs: int = 1, summed: bool = False) ->
     x = _spread(rng, 3, 4)
     x[0, 1], x[1, 2], x[2, 3], x[2, 0] = 0.0, -0.0, 1e-30, -1e-30
     others = [x + _spread(rng, 3, 4) * (x != 0) for _ in range(inputs - 1)]
+    far = [2.0 ** 19 + rng.permutation(12).reshape(3, 4) + i / 4 for i in range(inputs)]
+    if inputs == 2:
+        found.append(Sample("near each other, far from zero", tuple(far), firm=True))
     found.append(Sample("zeros and tiny numbers among others", (x, *others),
                         exact=inputs == 1 and not summed))
     return found

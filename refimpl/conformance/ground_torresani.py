@@ -25,6 +25,15 @@ def time_warps(rng: np.random.Generator) -> list[Sample]:
         found.append(Sample(f"whole numbers {number}", (
             rng.integers(0, 4, (24 + number % 2, 1)).astype(float),
             rng.integers(0, 4, (25, 1)).astype(float))))
+    for number in range(6):
+        X, Y = (rng.integers(0, 3, (9, 1)).astype(float) for _ in range(2))
+        found.append(Sample(f"ways nearly as short {number}",
+                            (X, Y + 1e-8 * rng.integers(-2, 3, Y.shape))))
+    long = _walk(rng, 270)
+    found += [Sample(f"{m} frames against {n} like them", (long[:m], long[:n] + 1e-3), large=True)
+              for m, n in ((129, 140), (257, 270))]
+    exact = 2.0 ** 30 + rng.integers(0, 40, (12, 2)) / 8
+    found.append(Sample("near each other, far from zero", (exact, exact[::2] + 0.25), firm=True))
     X = _walk(rng, 30)
     waits = np.concatenate([X[:1].repeat(20, axis=0), X, X[-1:].repeat(3, axis=0)])
     spikes = np.zeros((40, 1))
@@ -103,6 +112,10 @@ def segmentations(rng: np.random.Generator) -> list[Sample]:
         found.append(Sample(f"whole numbers {number}", (
             rng.integers(0, 3, (20, 1)).astype(float), rng.integers(0, 3, (12, 1)).astype(float)),
             {"lengths": (5, 3, 4)}))
+    many = np.concatenate([0.3 * rng.standard_normal((60, 2)), 10 + rng.standard_normal((4, 2)),
+                           rng.standard_normal((4, 2)) - 10])
+    found.append(Sample("many fragments, two far ones", (many[-8:] + 0.01, many),
+                        {"lengths": (4,) * 17}))
     return found
 
 
@@ -115,6 +128,11 @@ def components(rng: np.random.Generator) -> list[Sample]:
         found.append(Sample(f"{len(lengths)} sequences, {count} components, length {length}",
                             (_walk(rng, sum(lengths)),),
                             {"lengths": lengths, "components": count, "length": length}))
+    for gap in (1e-11, -1e-11, 1e-7):
+        axis = np.array([[0.5, -0.5 - gap], [0.1, 0.3]])
+        found.append(Sample(f"two numbers of one size, but for {gap:g}", (np.concatenate(
+            [size * axis for size in (-1.0, 0.25, 1.5)]),),
+            {"lengths": (2, 2, 2), "components": 1, "length": 2}))
     alike = rng.standard_normal((24, 2)) * [1.0, 0.999]
     alike -= alike.mean(axis=0)
     alike, _ = np.linalg.qr(alike)
@@ -127,8 +145,11 @@ def kernels(rng: np.random.Generator) -> list[Sample]:
     """Counts, points near each other far from zero, exponents to where nothing is left."""
     n = rng.standard_normal
     found = along({"points": 3, "others": 2, "numbers": 2}, lambda points, others, numbers: Sample(
-        "", (n((points, numbers)), n((others, numbers))), {"gamma": 0.5}), (*SIZES, 129))
+        "", (n((points, numbers)), n((others, numbers))), {"gamma": 0.5}), (*SIZES, 255, 257, 513))
     A = n((4, 3))
+    whole = 2.0 ** 26 + rng.integers(0, 9, (5, 3)) / 4
+    found.append(Sample("near each other, far away", (whole, whole[::-1] + 0.25), {"gamma": 0.3},
+                        firm=True))
     return found + [Sample("a point at infinity", (np.where(np.eye(4, 3) > 0, np.inf, A), A),
                            {"gamma": 1.0}),
                     Sample("near each other far from zero", (A + 1e8, A + 1e8 + 1e-3 * n((4, 3))),

@@ -131,7 +131,10 @@ def _try(case, backend, answer):
     if promise is not None:
         return promise(case, backend)
     answer.append(call(case, backend))
-    return compare(answer[0], case, case.allowances(backend.tolerances))
+    try:                                   # most answers are near enough without any measurement
+        return compare(answer[0], case, case.allowances(backend.tolerances, measured=False))
+    except Difference:
+        return compare(answer[0], case, case.allowances(backend.tolerances))
 
 
 def _refused(case, backend):

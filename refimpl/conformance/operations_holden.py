@@ -6,7 +6,7 @@ from ..holden2017 import losses
 from ..motion.features import FEATURES, TURN
 from ..motion.joints import BONES
 from . import (definitions_holden as definitions, functions_holden as functions,
-               ground_holden as ground)
+               ground_holden as ground, ground_total)
 from .operations_nn import distinct
 from .specification import Sample, operation, ruled
 
@@ -133,4 +133,4 @@ OPERATIONS = (
     _one(losses.trajectory_loss, "motion", _trajectory_samples, "equation 9", batched=(),
          ground=ground.paths),
     _one(functions.total_loss, functions.T_NAMES, _total_samples, "equation 10", batched=(),
-         ground=ground.totals))
+         ground=ground_total.totals))

@@ -20,7 +20,8 @@ class Sample:
     "upstream": array, "gradients": tuple} worked by hand, where a rule and not the mathematics
     decides;  factors : on the tolerance of each output, beyond the operation's own (searches that
     others end earlier);  exact : nothing is rounded (a choice between near numbers);  large : too
-    large for the second derivation's loops;  upstream : its gradient, a random one unless given.
+    large for the second derivation's loops;  upstream : its gradient, a random one unless given;
+    firm : the differences that it begins with are exact, however far its numbers are from 0.
     """
 
     label: str
@@ -32,6 +33,7 @@ class Sample:
     exact: bool = False
     large: bool = False
     upstream: Any = None
+    firm: bool = False
 
 
 def ruled(label: str, inputs: tuple, output: Any, upstream: Any, *gradients: Any,
@@ -130,8 +132,9 @@ def cast(values: Iterable[Any], dtype: Any) -> tuple:
     >>> cast((np.zeros(1), None), np.float32)
     (array([0.], dtype=float32), None)
     """
-    return tuple(x.astype(dtype) if isinstance(x, np.ndarray) and x.dtype.kind == "f" else x
-                 for x in values)
+    with np.errstate(over="ignore"):
+        return tuple(x.astype(dtype) if isinstance(x, np.ndarray) and x.dtype.kind == "f" else x
+                     for x in values)
 
 
 def cast_attributes(attributes: Mapping[str, Any], dtype: Any) -> dict[str, Any]:

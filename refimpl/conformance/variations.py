@@ -48,11 +48,12 @@ def of_samples(operation: Operation, samples: Sequence[Sample], seed: int,
             yield from _empty_batch(operation, sample, rng, seed, thorough)
         elif thorough and sample.smooth and not chosen:
             for call, reference, _ in calls:
-                yield _promise(answered(call, reference, ""), "memory of its own")
-        if chosen and thorough and "float32" in operation.precisions:
+                yield from _own_memory(call, reference)
+        if chosen and thorough:
             for call, reference, _ in calls:
                 yield from poisoned(call, reference)
-                yield from ranges(call, reference)
+                if "float32" in operation.precisions:
+                    yield from ranges(call, reference)
 
 
 def of_ground(operation: Operation, samples: Iterable[Sample], seed: int) -> Iterator[Case]:
@@ -62,8 +63,7 @@ def of_ground(operation: Operation, samples: Iterable[Sample], seed: int) -> Ite
         for call, reference, known in _calls(operation, sample, rng, seed):
             for case in _values(call, reference, known, sample):
                 yield replace(case, core=False)
-            if not sample.large:
-                case = _promise(answered(call, reference, ""), "memory of its own")
+            for case in _own_memory(call, reference) if not sample.large else ():
                 yield replace(case, core=False)
 
 
@@ -98,10 +98,11 @@ def _calls(operation, sample, rng, seed):
 
 def _values(call, reference, known, sample):
     decided = not sample.smooth or sample.exact
-    case = answered(call, reference, "float64", whole=decided, exact=decided)
+    case = answered(call, reference, "float64", whole=decided, exact=decided, firm=sample.firm)
     yield replace(case, expected=known) if known else case
     if "float32" in call.operation.precisions:
-        case = answered(in_single(call), reference, "float32", whole=decided, exact=sample.exact)
+        case = answered(in_single(call), reference, "float32", whole=decided, exact=sample.exact,
+                        firm=sample.firm)
         yield replace(case, expected=known) if known else case
 
 
@@ -109,10 +110,10 @@ def _layouts(call, reference, sample, thorough):
     for one, precision in precisions(call, thorough):
         arrays = [i for i, x in enumerate(one.arguments)
                   if isinstance(x, np.ndarray) and x.ndim]
-        alone = arrays if thorough and not precision and len(arrays) > 1 else []
+        alone = arrays if thorough and len(arrays) > 1 else []
         found = answered(one, reference, "")
-        for layout in LAYOUTS:
-            for only in [None, *alone]:
+        for number, layout in enumerate(LAYOUTS):
+            for only in [None, *(alone if not precision or number % 2 == 0 else ())]:
                 kind = layout + precision + (f", {one.names[only]} alone" if only in alone else "")
                 yield replace(found, id=found.id + kind, kind=kind, layout=layout, only=only)
 
@@ -139,6 +140,11 @@ def _promises(call, reference, others, thorough):
             other = tuple((cast(a, np.float32), cast_attributes(k, np.float32)) if precision
                           else (a, k) for a, k in others[call.function])
             yield _promise(found, promise + precision, others=other)
+
+
+def _own_memory(call, reference):
+    for one, precision in precisions(call):
+        yield _promise(answered(one, reference, ""), "memory of its own" + precision)
 
 
 def _promise(found, kind, **changes):

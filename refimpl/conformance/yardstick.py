@@ -28,24 +28,29 @@ class Yardstick:
 
     reference, arguments, attributes : the call, in float64;  expected : its outputs
     whole : one size for a whole output, its largest element: for searches, and where a tie or a
-    kink lies so near that the answer jumps
+    kink lies so near that the answer jumps;  firm : the elements themselves are the measure
     """
 
     def __init__(self, reference: Callable, arguments: tuple, attributes: Mapping[str, Any],
-                 expected: tuple, whole: bool = False) -> None:
+                 expected: tuple, whole: bool = False, firm: bool = False) -> None:
         self._call = reference, arguments, attributes
-        self._expected, self._whole = expected, whole
+        self._expected, self._whole, self._firm = expected, whole, firm
+
+    @cached_property
+    def least(self) -> tuple[np.ndarray | float | None, ...]:
+        """What the sizes come to at least, the answer's own: nothing has to be measured for it."""
+        if self._whole:
+            return tuple(None if y is None else largest(y) for y in self._expected)
+        return tuple(None if y is None else of_rows(np.where(
+            np.isfinite(y), np.abs(y).astype(float), 0.0)) for y in self._expected)
 
     @cached_property
     def sizes(self) -> tuple[np.ndarray | float | None, ...]:
         """For each output an array that broadcasts to it (None for one that is None)."""
-        own = [None if y is None else np.where(np.isfinite(y), np.abs(y).astype(float), 0.0)
-               for y in self._expected]
-        if self._whole:
-            return tuple(None if y is None else largest(y) for y in self._expected)
-        moved = self._moved()
-        return tuple(None if y is None else of_rows(np.maximum(y, size))
-                     for y, size in zip(own, moved))
+        if self._whole or self._firm:
+            return self.least
+        return tuple(None if own is None else np.maximum(own, of_rows(np.asarray(size)))
+                     for own, size in zip(self.least, self._moved()))
 
     @np.errstate(all="ignore")
     def _moved(self):
