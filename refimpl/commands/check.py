@@ -12,13 +12,16 @@ from typing import Any
 import numpy as np
 
 from ..conformance import OPERATIONS, cases, judge_all, load_backend, reference
+from ..conformance.apart import Request, judge_apart
 from ..conformance.backend import meant, read_expected_failures
+from ..conformance.cases import PROFILES, known_operation
 from ..conformance.explain import explain
 from ..conformance.golden import export, read_folder
 from ..conformance.prove import prove
 from ..conformance.report import (failures, last_line, misspelt, proof_table, row, table, verdict,
                                   write_junit)
-from .options import InputFolder, InputPath, OutputFolder, OutputPath, whole, write_report
+from .options import (InputFolder, InputPath, OutputFolder, OutputPath, number, whole,
+                      write_report)
 
 EXIT = """Exit status: 0 everything that ran agrees; 1 something is wrong, follows another
 convention or cannot be decided, or nothing ran, or the folder is not the exported one; 2 input that
@@ -50,6 +53,17 @@ def add_commands(commands: Any) -> None:
                        "neither more nor less than the reference")
     check.add_argument("--seed", type=whole(0), metavar="N",
                        help="of the random inputs (default: 0)")
+    check.add_argument("--profile", choices=PROFILES, metavar="NAME",
+                       help="core (default), full: more of it, small: the operations' own samples, "
+                       "or tf32 or bfloat16: values as near as products of that precision allow")
+    check.add_argument("--time-limit", type=number(above=0), default=60.0, metavar="S",
+                       help="seconds for one call, after which it counts as hanging "
+                       "(default: %(default)g)")
+    check.add_argument("--memory-limit", type=number(above=0), default=8.0, metavar="GB",
+                       help="of one call, on Linux (default: %(default)g)")
+    check.add_argument("--in-process", action="store_true",
+                       help="call the backend in this process, for a debugger: a crash or a hang "
+                       "then ends the judge too")
     check.add_argument("--explain", metavar="OPERATION",
                        help="print an operation's arguments, shapes, units, defaults and "
                        "conventions, and stop")
@@ -83,11 +97,15 @@ def run_check(arguments: argparse.Namespace) -> int:
         if arguments.seed is not None:
             raise ValueError(f"--seed: found {arguments.seed} beside --golden, whose vectors have "
                              "their seed; leave it out")
+        if arguments.profile is not None:
+            raise ValueError(f"--profile: found {arguments.profile} beside --golden, whose vectors "
+                             "are what they are; leave it out")
         return _judge(arguments, *_golden_cases(arguments.golden, operations))
-    seed = arguments.seed or 0
     if arguments.backend is None:
-        return _prove(arguments, seed, operations)
-    return _judge(arguments, cases(seed=seed, operations=operations), [])
+        return _prove(arguments, arguments.seed or 0, operations)
+    for name in operations or ():
+        known_operation(name)
+    return _judge(arguments, None, [], operations)
 
 
 def _names(word, text):
@@ -111,9 +129,15 @@ def _golden_cases(folder, operations):
     return [c for c in found if operations is None or c.operation.name in operations], complaints
 
 
-def _required(text, chosen):
+def _functions(operations):
+    """What is judged of some operations.   ->  set of str"""
+    return {function for operation in map(OPERATIONS.get, operations) for function in (
+        operation.name, *([f"{operation.name}_backward"] if operation.backward else ()))}
+
+
+def _required(text, there):
     """Functions that must be there.   ->  set of str"""
-    names, there = _names("--require", text), {case.function for case in chosen}
+    names = _names("--require", text)
     if names is None:
         return set()
     found = set()
@@ -126,11 +150,23 @@ def _required(text, chosen):
     return found
 
 
-def _judge(arguments, chosen, complaints):
-    backend = load_backend(arguments.backend) if arguments.backend is not None else reference()
+def _judge(arguments, chosen, complaints, operations=None):
+    """chosen : the cases of a golden folder, None where they are made from the operations"""
     patterns = read_expected_failures(arguments.xfail) if arguments.xfail is not None else ()
-    required = _required(arguments.require, chosen) if chosen or not complaints else set()
-    outcomes = list(judge_all(backend, chosen, patterns))
+    names = list(operations or OPERATIONS) if chosen is None else list(
+        dict.fromkeys(case.operation.name for case in chosen))
+    there = _functions(names) if chosen is None else {case.function for case in chosen}
+    required = _required(arguments.require, there) if there or not complaints else set()
+    if arguments.backend is None or arguments.in_process:
+        backend = load_backend(arguments.backend) if arguments.backend else reference()
+        if chosen is None:
+            chosen = (case for name in names for case in cases(
+                operations=[name], seed=arguments.seed or 0, profile=arguments.profile or "core"))
+        outcomes = list(judge_all(backend, chosen, patterns))
+    else:
+        backend, *outcomes = judge_apart(Request(
+            arguments.backend, tuple(names), arguments.seed or 0, arguments.profile or "core",
+            arguments.golden, tuple(patterns), arguments.time_limit, arguments.memory_limit))
     said = "disagrees" if complaints else verdict(outcomes, required)
     against = arguments.golden or "refimpl"
     lines = [f"{backend.name} against {against}", "", *(f"{against}: {c}" for c in complaints[:20])]
@@ -158,7 +194,7 @@ def _complaint(words):
 
 
 def _prove(arguments, seed, operations):
-    for option in ("xfail", "junit", "require"):
+    for option in ("xfail", "junit", "require", "profile"):
         if getattr(arguments, option) is not None:
             raise ValueError(f"--{option}: found it without a backend or --golden, of which it "
                              "speaks; leave it out")
@@ -184,6 +220,7 @@ def _write(arguments, backend, rows, said):
     settings = {"backend": backend.name, "tolerances": dict(backend.tolerances),
                 "seed": arguments.seed or 0, "golden": arguments.golden,
                 "operations": arguments.operations, "require": arguments.require,
+                "profile": arguments.profile or "core", "time limit": arguments.time_limit,
                 "xfail": arguments.xfail, "numpy": np.__version__,
                 "blas threads": os.environ.get("OPENBLAS_NUM_THREADS", "")}
     unknown = [{"name": name, "nearest": near} for name, near in backend.unknown]

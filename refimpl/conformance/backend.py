@@ -6,18 +6,21 @@ from dataclasses import dataclass, field
 import difflib
 import fnmatch
 import importlib
+import inspect
 import math
 import os
 import sys
 from typing import Any
 
 from . import operations_2016, operations_holden, operations_nn, operations_torresani
+from .capabilities import mistake
 from .specification import as_tuple
 
 OPERATIONS = {operation.name: operation for operation in (
     operations_nn.OPERATIONS + operations_holden.OPERATIONS + operations_2016.OPERATIONS
     + operations_torresani.OPERATIONS)}
 TOLERANCES = {"float64": 1e-12, "float32": 2e-6}     # of what an element sums (`yardstick`)
+DECLARED = "tolerances", "lacks"                    # what a backend says of itself, beside functions
 LOOSEST = 0.1                      # that a backend may declare; beyond it nothing is judged
 
 
@@ -41,6 +44,7 @@ class Backend:
     functions : {name: callable}, gradients as name + "_backward";  tolerances : {"float64": ...,
     "float32": ...};  name : for reports;  unknown : ((name, nearest known name or ""), ...), what
     it offers that is no operation;  loaded : whether `load_backend(name)` finds it again
+    lacks : what it says that it has not (`capabilities`)
     """
 
     functions: Mapping[str, Callable] = field(repr=False)
@@ -48,6 +52,7 @@ class Backend:
     name: str = "backend"
     unknown: tuple[tuple[str, str], ...] = ()
     loaded: bool = False
+    lacks: tuple[str, ...] = ()
 
 
 def reference() -> Backend:
@@ -111,7 +116,8 @@ def as_backend(thing: Any, name: str = "backend", loaded: bool = False) -> Backe
     """A Backend from a mapping of callables, from a module or object with such attributes, or from
     a Backend.
 
-    A key (or attribute) "tolerances" may declare its own bounds, {"float32": 1e-4}, at most 0.1.
+    A key (or attribute) "tolerances" may declare its own bounds, {"float32": 1e-4}, at most 0.1;
+    "lacks" what it has not, ["float64", "avg_pool1d ceil_mode"].
     Names that are no operation are kept in `unknown`.   Raises BackendError.
     """
     if isinstance(thing, Backend):
@@ -120,12 +126,12 @@ def as_backend(thing: Any, name: str = "backend", loaded: bool = False) -> Backe
     try:
         if isinstance(thing, Mapping):
             offered = {str(key): thing[key] for key in thing}
-            unknown = [key for key in offered if key not in known and key != "tolerances"]
+            unknown = [key for key in offered if key not in known and key not in DECLARED]
         elif isinstance(thing, (str, bytes, int, float, list, tuple, set)) or thing is None:
             raise BackendError(f"{name}: found {type(thing).__name__}, needed a mapping of "
                                "operation names to callables, or a module with such functions")
         else:
-            offered = {key: getattr(thing, key) for key in [*known, "tolerances"]
+            offered = {key: getattr(thing, key) for key in [*known, *DECLARED]
                        if hasattr(thing, key)}
             unknown = [key for key in dir(thing) if key not in known and key[:1] != "_"
                        and difflib.get_close_matches(
@@ -137,19 +143,35 @@ def as_backend(thing: Any, name: str = "backend", loaded: bool = False) -> Backe
                            f"{words_of(error)}), needed a mapping of operation names to "
                            "callables") from None
     tolerances = _tolerances(name, offered.pop("tolerances", {}))
+    lacks = offered.pop("lacks", ())
+    wrong = mistake(lacks, known, _arguments())
+    if wrong:
+        raise BackendError(f"{name}: {wrong}")
     functions = {key: value for key, value in offered.items() if key in known}
     for key, value in functions.items():
         if not callable(value):
             raise BackendError(f"{name}: found {key} of type {type(value).__name__}, needed a "
                                "callable")
-    misspelt = tuple((key, nearest(key, [*known, "tolerances"])) for key in unknown)
+    misspelt = tuple((key, nearest(key, [*known, *DECLARED])) for key in unknown)
     if not functions:
         meant = [f"{key!r} (do you mean {near}?)" if near else repr(key)
                  for key, near in misspelt[:8]]
         raise BackendError(f"{name}: found no operation among "
                            f"{', '.join(meant) or 'nothing callable'}, needed callables named like "
                            f"{', '.join(list(known)[:4])} ...")
-    return Backend(functions, {**TOLERANCES, **tolerances}, name, misspelt, loaded)
+    return Backend(functions, {**TOLERANCES, **tolerances}, name, misspelt, loaded,
+                   tuple(map(str, lacks)))
+
+
+def _arguments():
+    """Names of the arguments and options.   ->  {function: list of str}"""
+    found = {}
+    for operation in OPERATIONS.values():
+        options = [p.name for p in inspect.signature(operation.f).parameters.values()
+                   if p.kind is not p.VAR_POSITIONAL and p.name not in operation.arguments]
+        for function in (operation.name, f"{operation.name}_backward"):
+            found[function] = [*operation.arguments, *options]
+    return found
 
 
 def _tolerances(name, declared):

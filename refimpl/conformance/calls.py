@@ -13,6 +13,7 @@ from .specification import Operation, as_tuple, cast, cast_attributes
 from .yardstick import Yardstick, of_rows
 
 LEAST = 1e-9              # of an output's largest element, what an element is taken to sum
+COARSE = 4.0                                 # last digits that an element may be off in such a profile
 EXACT = 1e-15                                         # where a rule decides and nothing is rounded
 
 
@@ -29,6 +30,7 @@ class Case:
     layout, only : how the floating-point arguments lie in memory, and which one alone
     others : ((arguments, attributes), ...) of other valid calls, to be asked in between
     factors : on the tolerance of each output;  single : in float32;  seed : of the inputs
+    digits : the last digit of what a profile lets be multiplied, 0 for the precision's own
     core : whether it is of the operation's own samples;  folder : of the golden vectors that it was
     read from, if it was
     """
@@ -52,6 +54,7 @@ class Case:
     single: bool = False
     factors: tuple[float, ...] = ()
     core: bool = True
+    digits: float = 0.0
 
     def __str__(self) -> str:
         return self.id
@@ -80,7 +83,7 @@ class Case:
             exact = max(EXACT, EXACT / np.finfo(float).eps * np.finfo(self.precision).eps)
             return tuple(None if y is None else exact * of_rows(
                 np.where(np.isfinite(y), np.abs(y), 0.0)) for y in map(_array, expected))
-        tolerance = tolerances[self.precision]
+        tolerance = max(tolerances[self.precision], COARSE * self.digits)
         if self.allowed:
             own = TOLERANCES[self.precision]
             return tuple(None if y is None else bound * max(tolerance / own, 1.0)

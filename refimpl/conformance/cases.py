@@ -8,9 +8,10 @@ from typing import Any
 from .backend import OPERATIONS, as_backend, meant
 from .calls import EXACT, Case  # noqa: F401
 from .specification import Operation
-from .variations import generator, ground_of, in_float32, of_ground, of_samples
+from .variations import (COARSE, generator, ground_of, in_float32, of_coarse, of_ground,
+                         of_samples)
 
-PROFILES = ("small", "core")
+PROFILES = ("small", "core", "full", *COARSE)
 
 
 def cases(*, seed: int = 0, operations: Iterable[str] | None = None,
@@ -18,7 +19,9 @@ def cases(*, seed: int = 0, operations: Iterable[str] | None = None,
     """All cases, the same for the same seed.
 
     operations : names to limit them to;  supported_by : a backend whose functions limit them
-    profile : "core", or "small": the operations' own samples, none of them large
+    profile : "core"; "full", three times its ground and every sample in every layout; "small", the
+    operations' own samples, none of them large; "tf32" or "bfloat16": values in float32, as near as
+    products and sums of such numbers allow
     ->  list of Case.   Raises ValueError for an unknown operation or profile.
 
         @pytest.mark.parametrize("case", conformance.cases(supported_by=MINE), ids=str)
@@ -30,9 +33,7 @@ def cases(*, seed: int = 0, operations: Iterable[str] | None = None,
     """
     names = list(OPERATIONS) if operations is None else list(operations)
     for name in names:
-        if name not in OPERATIONS:
-            raise ValueError(f"operations: found {name!r}, needed some of {', '.join(OPERATIONS)}"
-                             + meant(name, OPERATIONS))
+        known_operation(name)
     if profile not in PROFILES:
         raise ValueError(f"profile: found {profile!r}, needed one of {', '.join(PROFILES)}")
     found = [case for name in names for case in _of_operation(OPERATIONS[name], seed, profile)]
@@ -42,9 +43,17 @@ def cases(*, seed: int = 0, operations: Iterable[str] | None = None,
     return found
 
 
-@functools.lru_cache(maxsize=4)
-def _by_id(seed):
-    return {case.id: case for case in cases(seed=seed)}
+def known_operation(name: str) -> None:
+    """Raise ValueError for a name that is no operation."""
+    if name not in OPERATIONS:
+        raise ValueError(f"operations: found {name!r}, needed some of {', '.join(OPERATIONS)}"
+                         + meant(name, OPERATIONS))
+
+
+@functools.lru_cache(maxsize=8)
+def _by_id(name, seed, profile):
+    found = cases(seed=seed, operations=[name], profile=profile) if name in OPERATIONS else ()
+    return {case.id: case for case in found}
 
 
 def case(identity: str, *, seed: int = 0) -> Case:
@@ -52,16 +61,22 @@ def case(identity: str, *, seed: int = 0) -> Case:
 
     ->  Case.   Raises ValueError for an unknown id.
     """
-    if identity not in _by_id(seed):
-        raise ValueError(f"case: found no {identity!r}, needed an id as `refimpl check` prints it")
-    return _by_id(seed)[identity]
+    kind = identity.rpartition("/")[2]
+    for profile in (kind,) if kind in COARSE else ("small", "core", "full"):
+        found = _by_id(identity.partition("/")[0], seed, profile)
+        if identity in found:
+            return found[identity]
+    raise ValueError(f"case: found no {identity!r}, needed an id as `refimpl check` prints it")
 
 
 def _of_operation(operation: Operation, seed: int, profile: str) -> Iterator[Case]:
     samples = operation.samples(generator(operation, seed))
-    yield from of_samples(operation, samples, seed, thorough=profile != "small")
-    if profile != "small":
-        yield from of_ground(operation, ground_of(operation, seed), seed)
+    if profile in COARSE:
+        yield from of_coarse(operation, [*samples, *ground_of(operation, seed)], seed, profile)
+        return
+    yield from of_samples(operation, samples, seed, PROFILES.index(profile))
+    for again in {"small": (), "core": (0,), "full": (0, 1, 2)}[profile]:
+        yield from of_ground(operation, ground_of(operation, seed, again), seed)
     for bad in operation.bad():
         call = Case(f"{operation.name}/{bad.label}/forward/refused", operation, operation.name,
                     "refused", bad.inputs, bad.attributes, argument=bad.argument, seed=seed)

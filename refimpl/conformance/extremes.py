@@ -1,7 +1,7 @@
 """Calls at the ends: NaN and infinities in each argument, the largest and the smallest numbers, and
 very different sizes side by side."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,17 +31,17 @@ def _places(call):
 
 
 def poisoned(call: Case, reference: Callable) -> Iterator[Case]:
-    """NaN and infinities in each argument in turn; not where a mask may multiply them or leave them
-    out."""
+    """NaN and infinities in each argument in turn (in a network NaN, in the first alone); not where
+    a mask may multiply them or leave them out."""
     masked = any(isinstance(x, np.ndarray) and x.dtype.kind in "bui"
                  for x in (*call.arguments, *call.attributes.values()))
     whole = call.operation.whole_range or call.operation.name in NATURAL
     single = "float32" in call.operation.precisions
-    if not whole and (not single or masked or len(call.operation.arguments) not in (1, 2, 4)):
+    if not whole and (not single or masked):
         return
     for one, precision in precisions(call):
         places = list(_places(one))
-        for name, x, put in places:
+        for name, x, put in places if whole else places[:1]:
             for kind, (place, value) in list(POISONS.items())[:None if whole else 3]:
                 y = x.copy()
                 y.flat[int(place * (y.size - 1))] = value
@@ -79,18 +79,29 @@ def ranges(call: Case, reference: Callable) -> Iterator[Case]:
                                                  floats[1:]) if call.operation.whole_range else ():
             small = put(_times(_times(x, 1 / (largest(x) or 1.0)), float(limits.tiny / 50)))
             at = one.names.index(other)
-            beside = replace(small, arguments=tuple(
+            pair = replace(small, arguments=tuple(
                 _times(v, SCALES[one.precision][1]) if i == at else v
                 for i, v in enumerate(small.arguments)))
-            case = _within(beside, reference, f"subnormal {name}, huge {other}{precision}", limits)
+            case = _within(pair, reference, f"subnormal {name}, huge {other}{precision}", limits)
             if case is not None:
                 yield case
-        for axis, what in ((0, "clips"), (1, "channels")):
-            for factor in APART[one.precision]:
-                kind = f"{what} {factor:g} apart{precision}"
-                case = _within(_uneven(one, axis, 1 / factor), reference, kind, limits)
-                if case is not None:
-                    yield case
+        yield from beside(one, reference, APART[one.precision], precision)
+
+
+def beside(call: Case, reference: Callable, factors: Sequence[float] = (),
+           precision: str = "") -> Iterator[Case]:
+    """Clips, and channels, of very different size side by side, in the call's own precision or, for
+    no factors, a little apart in both."""
+    if not factors:
+        for one, precision in precisions(call):
+            yield from beside(one, reference, (1e7,), precision)
+        return
+    for axis, what in ((0, "clips"), (1, "channels")):
+        for factor in factors:
+            case = _within(_uneven(call, axis, 1 / factor), reference,
+                           f"{what} {factor:g} apart{precision}", np.finfo(call.precision))
+            if case is not None:
+                yield case
 
 
 def _scaled(call, scale):

@@ -36,6 +36,13 @@ def encoders(rng: np.random.Generator) -> list[Sample]:
                          ("a batch of 33", (33, 5, 8, 12, 25))):
         found.append(Sample(label, _sized(*sizes).inputs, large=True))
     X, W0, b0 = _sized(3, 3, 3, 3, 4).inputs
+    for label, values in (("ties and near ties", (1.0, 1.0, 2.0, 2.0 + 2.0 ** -30, 3.0 + 2.0 ** -50,
+                                                  3.0, -1.0, -1.0)),
+                          ("zeros", (0.0, 0.0, -0.0, 1.0, 0.0, -1.0, 2.0, 0.0)),
+                          ("NaN among others", (1.0, 2.0, 3.0, np.nan, 5.0, 4.0, np.nan, 1.0))):
+        x = np.array([[values, values[::-1]]])                   # each channel by itself, unchanged
+        found.append(Sample(f"{label} in the pool", (x, np.eye(2)[:, :, None], np.zeros(2)),
+                            exact=True))
     return found + [Sample("as many clips as channels, units and frames", (X, W0, b0)),
                     Sample("no biases", (X, W0, 0 * b0)),
                     Sample("hidden units that are all off", (X, W0, b0 - 100))]
@@ -158,7 +165,10 @@ def feet(rng: np.random.Generator) -> list[Sample]:
     motion, contacts = _walk(rng, 2, 5), _contacts(2, 5)
     turning = motion.copy()
     turning[:, TURN] = np.linspace(-4, 4, 10).reshape(2, 5)
-    return found + [Sample("large turns", (turning, contacts)),
+    unknown = motion.copy()
+    unknown[1, 10, 2], idle = np.nan, contacts & (np.arange(2) == 0)[:, None, None]
+    return found + [Sample("NaN in a clip without contact", (unknown, idle), smooth=False),
+                    Sample("large turns", (turning, contacts)),
                     Sample("no turn", (motion * (np.arange(FEATURES) != TURN)[:, None], contacts)),
                     Sample("contacts as numbers", (motion, contacts.astype(float)))]
 
@@ -191,6 +201,13 @@ def bones(rng: np.random.Generator, given: bool = True, numbers: int = FEATURES)
     far = np.round(_walk(rng, 2, 3, numbers)) + 2.0 ** 18
     found += [Sample("bones of length 0 among others", (motion,), _lengths()),
               Sample("far from the origin", (far,), _lengths(), firm=True)]
+    own = (((0, 1), (0, 5), (0, 9)), ((12, 3),), ((2, 1), (1, 2), (2, 6)), BONES[::-1])
+    for number, pairs in enumerate(own if given else ()):
+        p = _walk(rng, 2, 3)
+        apart = p[:, :63].reshape(2, JOINTS, 3, 3)
+        a, b = np.array(pairs).T
+        lengths = np.linalg.norm(apart[:, a] - apart[:, b], axis=2).mean(axis=(0, 2))
+        found.append(Sample(f"other bones {number}", (p,), {"lengths": lengths, "bones": pairs}))
     return found + (
         [Sample("lengths wanted of 0", (_walk(rng, 2, 3),),
                 {"lengths": np.arange(len(BONES)) % 2 * 3.0})] if given else [])

@@ -152,6 +152,11 @@ def pools(rng: np.random.Generator, average: bool = False) -> list[Sample]:
     found += [Sample(f"windows of {width} half over each other", (_spread(rng, 1, 2, 5 * width),
                                                                   width), {"stride": width // 2})
               for width in (16, 33, 65, 300)]
+    for frames, width, given in ((3, 2, {"padding": 1, "dilation": 4}),
+                                 (1, 2, {"padding": 1, "dilation": 2, "stride": 1})):
+        if not average:
+            found.append(Sample(f"a window of padding alone, {frames} frames", (
+                _spread(rng, 2, 2, frames), width), given, exact=True))
     levels: dict[str, Sequence[Any]] = {
         "width": (1, 2, 3, 4, 7), "stride": (None, 1, 2, 3, 5), "padding": (0, 1, 2, 3),
         "ceil_mode": (False, True), "frames": (7, 8, 12), "clips": (1, 2)}
@@ -188,6 +193,9 @@ def _near_ties(rng):
     found.append(Sample("small numbers, none near another", (small, 3), {"stride": 2}, exact=True))
     signs = np.sign(_spread(rng, 2, 2, 12)) * np.abs(_spread(rng, 2, 2, 12)).round()
     found.append(Sample("whole numbers, zeros and ties", (signs, 3), {"stride": 2}, exact=True))
+    zeros = np.array([[[-0.0, 0.0, 0.0, -0.0], [0.0, -0.0, -1.0, -0.0]]])
+    found += [Sample(f"zeros of both signs in windows of {width}", (zeros, width), exact=True)
+              for width in (2, 4)]
     for width in (8, 16, 33):                                    # lanes of a vector, and beyond
         few = rng.integers(-2, 1, (1, 3, 2 * width)).astype(float)
         found.append(Sample(f"many ties in windows of {width}", (few, width), exact=True))
@@ -232,6 +240,8 @@ def depools(rng: np.random.Generator, chosen: bool = False) -> list[Sample]:
         h = rng.standard_normal((clips, channels, frames))
         return Sample("", (h, rng.integers(width, size=h.shape), width) if chosen else (h, width))
     return (along({"clips": 1, "channels": 2, "frames": 3, "width": 2}, _sized)
+            + along({"width": 2}, lambda width: _sized(1, 2, 3, width),
+                    [n for n in range(3, 60) if n not in SIZES])
             + along({"frames": 3}, lambda frames: _sized(1, 1, frames, 2), LONG))
 
 

@@ -22,9 +22,9 @@ def time_warps(rng: np.random.Generator) -> list[Sample]:
     found = along({"frames": 4, "angles": 2}, lambda frames, angles: Sample(
         "", (_walk(rng, frames, angles), _walk(rng, frames + 3, angles))), SIZES)
     for number in range(8):
+        size = (1.0, 10.0, 1e3)[number % 3]                      # an absolute margin fails at one
         found.append(Sample(f"whole numbers {number}", (
-            rng.integers(0, 4, (24 + number % 2, 1)).astype(float),
-            rng.integers(0, 4, (25, 1)).astype(float))))
+            rng.integers(0, 4, (24 + number % 2, 1)) * size, rng.integers(0, 4, (25, 1)) * size)))
     for number in range(6):
         X, Y = (rng.integers(0, 3, (9, 1)).astype(float) for _ in range(2))
         found.append(Sample(f"ways nearly as short {number}",
@@ -108,10 +108,15 @@ def segmentations(rng: np.random.Generator) -> list[Sample]:
     like = np.concatenate([np.arange(6.0), np.arange(3.0), [9.0, 9, 9]])[:, None]
     found.append(Sample("one is the beginning of another", (np.array(
         [0.0, 1, 2, 0, 1, 2, 3, 4, 5, 9, 9, 0, 1, 2])[:, None], like), {"lengths": (6, 3, 3)}))
-    for number in range(6):
+    for number in range(9):
+        size = (1.0, 10.0, 1e3)[number % 3]                      # an absolute margin fails at one
         found.append(Sample(f"whole numbers {number}", (
-            rng.integers(0, 3, (20, 1)).astype(float), rng.integers(0, 3, (12, 1)).astype(float)),
+            rng.integers(0, 3, (20, 1)) * size, rng.integers(0, 3, (12, 1)) * size),
             {"lengths": (5, 3, 4)}))
+    trap = np.array([0.0, 0, 0, 9, 9, 9, 9]), np.array([0.0, 0, 0, 3, 3, 3, 9, 9, 9, 9])
+    found += [Sample(f"a good beginning with a bad end, {size:g}", (
+        size * trap[0][:, None], size * trap[1][:, None]), {"lengths": (3, 7)})
+        for size in (0.1, 1.0, 30.0)]
     many = np.concatenate([0.3 * rng.standard_normal((60, 2)), 10 + rng.standard_normal((4, 2)),
                            rng.standard_normal((4, 2)) - 10])
     found.append(Sample("many fragments, two far ones", (many[-8:] + 0.01, many),
@@ -141,54 +146,13 @@ def components(rng: np.random.Generator) -> list[Sample]:
     return found
 
 
-def kernels(rng: np.random.Generator) -> list[Sample]:
-    """Counts, points near each other far from zero, exponents to where nothing is left."""
-    n = rng.standard_normal
-    found = along({"points": 3, "others": 2, "numbers": 2}, lambda points, others, numbers: Sample(
-        "", (n((points, numbers)), n((others, numbers))), {"gamma": 0.5}), (*SIZES, 255, 257, 513))
-    A = n((4, 3))
-    whole = 2.0 ** 26 + rng.integers(0, 9, (5, 3)) / 4
-    found.append(Sample("near each other, far away", (whole, whole[::-1] + 0.25), {"gamma": 0.3},
-                        firm=True))
-    return found + [Sample("a point at infinity", (np.where(np.eye(4, 3) > 0, np.inf, A), A),
-                           {"gamma": 1.0}),
-                    Sample("near each other far from zero", (A + 1e8, A + 1e8 + 1e-3 * n((4, 3))),
-                           {"gamma": 2.0}),
-                    Sample("very near", (A, A + 1e-9 * n((4, 3))), {"gamma": 1e17}),
-                    Sample("tiny gamma", (A, n((3, 3))), {"gamma": 1e-12}),
-                    Sample("nothing left", (A * 50, -A * 50), {"gamma": 3.0})]
-
-
-def ridges(rng: np.random.Generator) -> list[Sample]:
-    """Examples, inputs and targets in every relation; small and large ridges; columns of very
-    different size."""
-    n = rng.standard_normal
-    found = [Sample(f"{examples} examples, {inputs} inputs, {targets} targets",
-                    (n((examples, inputs)), n((examples, targets))), {"ridge": 0.3}) for examples,
-             inputs, targets in ((2, 1, 3), (3, 3, 3), (1, 4, 2), (9, 2, 5), (33, 8, 1), (8, 17, 9),
-                                 (64, 16, 3), (129, 5, 2), (17, 65, 2))]
-    Z, Y = n((9, 3)), n((9, 2))
-    return found + [Sample("a large ridge", (Z, Y), {"ridge": 1e4}),
-                    Sample("columns of uneven size", (Z * [1.0, 1e3, 1e-3], Y), {"ridge": 0.1}),
-                    Sample("no ridge to speak of", (Z, Y), {"ridge": 1e-6})]
-
-
-def kernel_ridges(rng: np.random.Generator) -> list[Sample]:
-    """More and fewer targets than examples; ridges."""
-    n, found = rng.standard_normal, []
-    for examples, targets, ridge in ((2, 3, 0.5), (3, 3, 0.1), (1, 2, 1.0), (17, 1, 0.2),
-                                     (33, 4, 10.0), (9, 12, 1e-3), (65, 2, 0.05), (129, 1, 0.5)):
-        A = n((examples, 2))
-        found.append(Sample(f"{examples} examples, {targets} targets, ridge {ridge:g}", (
-            plain.gaussian_kernel(A, A, gamma=0.5), n((examples, targets))), {"ridge": ridge}))
-    return found
-
-
 def vectors(rng: np.random.Generator) -> list[Sample]:
     """Turns near 0, pi and 2 pi, on both sides, about axes of both signs and the coordinates'."""
     axes = np.concatenate([np.eye(3), -np.eye(3), rng.standard_normal((4, 3))])
     axes /= np.linalg.norm(axes, axis=1)[:, None]
     found = [Sample("near none", (np.concatenate([axes * a for a in AWAY]),)),
+             Sample("as good as none", (np.concatenate([axes * a for a in (
+                 1e-20, 1e-100, 1e-160, 1e-170, 1e-200, 1e-300, 1e-310)]),)),
              Sample("many turns", (np.concatenate([axes * a for a in (50.0, 1e3, 1e5)]),),
                     factors=(1e5,))]
     for label, angle in (("half a turn", np.pi), ("a whole turn", 2 * np.pi)):
@@ -199,7 +163,7 @@ def vectors(rng: np.random.Generator) -> list[Sample]:
         [axes * np.pi, axes * 2 * np.pi]),)), Sample("one among many that turn", (np.concatenate(
             [rng.standard_normal((4, 3)), np.zeros((1, 3)), 1e-9 * axes[:2]]),))]
     return found + along({"turns": 2}, lambda turns: Sample("", (rng.standard_normal((turns, 3)),)),
-                         (*SIZES, 129))
+                         SIZES)
 
 
 def matrices(rng: np.random.Generator) -> list[Sample]:
@@ -250,34 +214,6 @@ def continuous(rng: np.random.Generator) -> list[Sample]:
     turning = learning.exponential_map(np.outer(many, axis))
     return found + [Sample("six turns", (turning[:, None],
                                          learning.exponential_map(0.1 * axis[None])))]
-
-
-def golden(rng: np.random.Generator) -> list[Sample]:
-    """Wide and narrow brackets, minima at both ends and beyond, flat bottoms, many at once."""
-    at = rng.uniform(-1, 1, 33)
-    bowls = np.stack([at ** 2, -2 * at, np.ones(33)], axis=1)
-    ones = np.ones(33)
-    return [Sample("many at once", (bowls, -2 * ones, 2 * ones)),
-            Sample("wide brackets", (bowls[:6], -1e6 * ones[:6], 1e6 * ones[:6])),
-            Sample("narrow brackets", (bowls[:6], at[:6] - 1e-4, at[:6] + 2e-4)),
-            Sample("minima beyond the ends", (bowls[:6], 3 * ones[:6], 5 * ones[:6])),
-            Sample("minima before them", (bowls[:6], -5 * ones[:6], -3 * ones[:6]))]
-
-
-def machines(rng: np.random.Generator) -> list[Sample]:
-    """No support vector, all of them, all at the box, many and few examples."""
-    found = []
-    for label, count, C, epsilon in (("everything in the tube", 9, 1.0, 50.0),
-                                     ("no tube", 7, 2.0, 0.0), ("all at the box", 8, 1e-3, 0.01),
-                                     ("many", 65, 1.0, 0.2), ("one", 1, 1.0, 0.1),
-                                     ("two", 2, 3.0, 0.1),
-                                     ("a wide box", 40, 1e4, 0.01)):
-        A, new = rng.standard_normal((count, 2)), rng.standard_normal((3, 2))
-        y = 2 * np.sin(A[:, 0]) + A[:, 1] + 3.0
-        found.append(Sample(label, (plain.gaussian_kernel(A, A, gamma=0.5), y,
-                                    plain.gaussian_kernel(new, A, gamma=0.5)),
-                            {"C": C, "epsilon": epsilon}, factors=(1.0, 1e3), large=count > 30))
-    return found
 
 
 def efforts(rng: np.random.Generator) -> list[Sample]:

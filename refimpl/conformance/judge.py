@@ -6,15 +6,17 @@ whether it left them alone. What a function says is judged once; the same answer
 against the conventions of others (`attribution`).
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from . import attribution
 from .backend import Backend, NoAnswer, as_backend, is_expected_failure
+from .capabilities import covering
 from .cases import Case
 from .comparison import Difference, call, compare
 from .promises import CHECKS
@@ -55,12 +57,43 @@ def judge_all(backend: Any, chosen: Iterable[Case],
     """
     backend = as_backend(backend)
     for _, group in groupby(chosen, key=lambda case: case.operation.name):
-        for outcome in _weighed([_first_look(case, backend) for case in group], backend):
-            expected = is_expected_failure(outcome.case.id, expected_failures)
-            if expected and outcome.status in ("passed", "failed"):
-                status = "xfailed" if outcome.status == "failed" else "xpassed"
-                outcome = replace(outcome, status=status)
-            yield outcome
+        yield from judge_together(list(group), backend, expected_failures)
+
+
+def judge_together(chosen: Iterable[Case], backend: Backend,
+                   expected_failures: Iterable[str] = (), *,
+                   settled: Mapping[str, str] = MappingProxyType({}), given_up: Container[str] = (),
+                   asking: Callable[[Case], None] = lambda case: None,
+                   weighing: Callable[[], None] = lambda: None) -> list[Outcome]:
+    """Outcomes of one operation's cases.
+
+    settled : {case id: why it has no answer}, which are not asked;  given_up : those of them after
+    which the function is not asked any more
+    asking, weighing : told of each case before it is asked, and when none will be any more
+    """
+    looks: list[Outcome] = []
+    silent: set[str] = set()
+    for case in chosen:
+        if case.function in silent:
+            looks.append(Outcome(case, "skipped", "not asked any more", grade="undecidable",
+                                 found="not asked any more", expected="an answer"))
+        elif case.id in settled:
+            looks.append(Outcome(case, "failed", settled[case.id], grade="wrong",
+                                 found=settled[case.id], expected="an answer"))
+            if case.id in given_up:
+                silent.add(case.function)
+        else:
+            asking(case)
+            looks.append(_first_look(case, backend))
+    weighing()
+    found = []
+    for outcome in _weighed(looks, backend):
+        if is_expected_failure(outcome.case.id, expected_failures) and outcome.status in (
+                "passed", "failed"):
+            status = "xfailed" if outcome.status == "failed" else "xpassed"
+            outcome = replace(outcome, status=status)
+        found.append(outcome)
+    return found
 
 
 def judge(case: Case, backend: Any) -> Outcome:
@@ -75,9 +108,10 @@ def judge(case: Case, backend: Any) -> Outcome:
 
 
 def _first_look(case, backend):
-    if case.function not in backend.functions:
-        return Outcome(case, "skipped", f"{backend.name} has no {case.function}",
-                       grade="not offered", expected=case.function)
+    declared = covering(case, backend.lacks)
+    if declared or case.function not in backend.functions:
+        return Outcome(case, "skipped", f"{backend.name} has no {declared or case.function}",
+                       grade="not offered", expected=declared or case.function)
     answer: list[tuple] = []
     try:
         with np.errstate(all="ignore"):

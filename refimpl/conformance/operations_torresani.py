@@ -10,7 +10,7 @@ import numpy as np
 from ..motion import rotation
 from ..torresani2006 import align, observe
 from . import definitions_learning as learning, definitions_torresani as plain
-from . import functions_torresani as functions, ground_torresani as ground
+from . import functions_torresani as functions, ground_learning, ground_torresani as ground
 from .specification import Bad, Sample, operation
 
 # Predictions of a machine whose dual objective is right to 1e-9: others' solvers end at 1e-6.
@@ -212,6 +212,7 @@ def _measure_samples(rng):
 
 def _bad_measures():
     return [Bad("three frames", (np.zeros((3, 2, 3)),), "positions", {"fps": 30.0}),
+            Bad("two numbers a joint", (np.zeros((6, 2, 2)),), "positions", {"fps": 30.0}),
             Bad("no frame rate", (np.zeros((5, 2, 3)),), "fps", {"fps": 0.0})]
 
 
@@ -246,20 +247,22 @@ OPERATIONS = (
     _one(functions.principal_components, "frames", _component_samples, part="2006, section 6",
          tolerance=100.0, ground=ground.components),
     _one(functions.gaussian_kernel, "A B", _kernel_samples, part="2006, section 6",
-         ground=ground.kernels),
+         ground=ground_learning.kernels),
     _one(functions.linear_ridge, "Z Y", _ridge_samples, _bad_ridges, "2006, section 6",
-         tolerance=10.0, ground=ground.ridges),
+         tolerance=10.0, ground=ground_learning.ridges),
     _one(functions.kernel_ridge, "K Y", _kernel_ridge_samples, _bad_ridges, "2006, section 6",
-         tolerance=10.0, ground=ground.kernel_ridges),
+         tolerance=10.0, ground=ground_learning.kernel_ridges),
     _one(functions.support_vector_regression, "K y K_new", _svr_samples, part="2006, section 6",
-         tolerance=1e3, ground=ground.machines),
+         tolerance=1e3, ground=ground_learning.machines),
     _one(functions.predicted_style, "Z Y new", _style_samples, part="2006, equation 1",
+         ground=ground_learning.styles,
          tolerance=1e3),
     _one(functions.one_stage_segmentation, "Y frames", _segment_samples, _bad_segments,
          "2006, equations 8 to 11", ground=ground.segmentations),
     _one(functions.golden_section, "coefficients low high", _golden_samples,
-         part="2006, section 7.2", tolerance=1e7, ground=ground.golden),
+         part="2006, section 7.2", tolerance=1e7, ground=ground_learning.golden),
     _one(functions.best_alpha, "coefficients", _alpha_samples, part="2006, equation 12",
+         ground=ground_learning.alphas,
          tolerance=1e7),
     _one(rotation.exp_map, "v", _vector_samples, _bad_vectors, "2006, section 3",
          name="exponential_map",

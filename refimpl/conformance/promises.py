@@ -19,15 +19,16 @@ def _same_bits(case, backend):
     kept = [None if a is None else a.copy() for a in first]
     for arguments, attributes in case.others:
         ask(backend.functions[case.function], arguments, attributes)
-    _compare_bits(case, kept, first, "in the arrays of the first answer after other calls (a "
-                                     "buffer used twice?)")
-    _compare_bits(case, kept, call(case, backend), "on a second call with the same arguments")
+    _compare_bits(case, kept, first, "in the arrays of the first answer after other calls",
+                  "a buffer that is used again")
+    _compare_bits(case, kept, call(case, backend), "on a second call with the same arguments",
+                  "another answer on a second call")
 
 
-def _compare_bits(case, kept, found, when):
+def _compare_bits(case, kept, found, when, what):
     for number, (a, b) in enumerate(zip(kept, found)):
         if a is not None and not same_bits(a, b):
-            raise Difference(f"{output_name(case, number)}: found other bits {when}", "other bits",
+            raise Difference(f"{output_name(case, number)}: found other bits {when} ({what})", what,
                              "the same bits on every call")
 
 
@@ -78,7 +79,8 @@ def _anew(case, backend):
                 a[...] = b
         found = ask(function, arguments, dict(zip(given, copies(given.values()))))
         _compare_bits(case, expected, found,
-                      "for arrays whose numbers were changed since the last call (a stale cache?)")
+                      "for arrays whose numbers were changed since the last call",
+                      "what it had kept of an earlier call")
 
 
 CHECKS = {"leaves its inputs alone": _left_alone, "same bits twice": _same_bits,

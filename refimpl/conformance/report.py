@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 from ..gradcheck.report import columns
 from ..storage import atomic_write
+from .causes import causes
 from .judge import GRADES
 
 STATUSES = ("passed", "failed", "skipped", "xfailed", "xpassed")
@@ -45,22 +46,15 @@ def proof_table(proofs: Sequence[Any]) -> list[str]:
 
 
 def failures(outcomes: Sequence[Any], most: int = 10) -> list[str]:
-    """The messages of the failed cases, the first few in full; what is not offered by name.
-
-    ->  list of str
+    """The failures by cause, a line each with its first case in full for the first few; what is
+    not offered by name.   ->  list of str
     """
-    failed = [o for o in outcomes if o.status == "failed"]
-    lines = [line for o in failed[:most] for line in ["", *o.message.splitlines()]]
-    if len(failed) > most:
-        lines += ["", f"... and {len(failed) - most} more: "
-                  + ", ".join(o.case.id for o in failed[most:most + 8])
-                  + (" ..." if len(failed) > most + 8 else "")]
-    rivals = Counter(o.rival for o in failed if o.rival)
-    if rivals:
-        lines += [""] + [f"{count} of the failures follow another convention: {rival}"
-                         for rival, count in rivals.most_common()]
-    absent = sorted({o.case.function for o in outcomes if o.grade == "not offered"})
-    return lines + (["", "skipped, not offered by the backend: " + ", ".join(absent)] if absent
+    found, lines = causes(outcomes), []
+    for cause in found[:most]:
+        lines += ["", str(cause), *cause.outcomes[0].message.splitlines()]
+    lines += ["", *map(str, found[most:])] if found[most:] else []
+    absent = Counter(str(o.expected) for o in outcomes if o.grade == "not offered")
+    return lines + (["", "not offered by the backend: " + ", ".join(sorted(absent))] if absent
                     else [])
 
 

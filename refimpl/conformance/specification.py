@@ -85,6 +85,15 @@ class Operation:
     ground: Callable[[np.random.Generator], list[Sample]] = lambda rng: []
     whole_range: bool = False
 
+    def __reduce__(self) -> tuple:
+        """It travels to another process by its name."""
+        return _by_name, (self.name,)
+
+
+def _by_name(name):
+    from .backend import OPERATIONS
+    return OPERATIONS[name]
+
 
 def operation(f: Callable[..., Any], arguments: str, definitions: ModuleType,
               samples: Callable[[np.random.Generator], list[Sample]],

@@ -9,11 +9,13 @@ import numpy as np
 
 from ..gradcheck.contract import LAYOUTS
 from .calls import Case, answered, in_single, precisions
-from .extremes import poisoned, ranges
+from .extremes import beside, poisoned, ranges
 from .specification import Operation, Sample, cast, cast_attributes
 
+APART = 4                           # of so many samples one has large and small clips side by side
 OF_VALUES = ("leaves its inputs alone", "same bits twice", "memory of its own",
              "reads its arguments anew")
+COARSE = {"tf32": 2.0 ** -10, "bfloat16": 2.0 ** -7}      # the last digit of what is multiplied
 PROMISES = (*OF_VALUES, "linear in the upstream gradient")
 
 
@@ -23,22 +25,53 @@ def generator(operation: Operation, seed: int) -> np.random.Generator:
     return np.random.default_rng([seed, zlib.crc32(operation.name.encode())])
 
 
-def ground_of(operation: Operation, seed: int) -> list[Sample]:
-    """The samples of an operation's ground."""
-    return operation.ground(np.random.default_rng([seed, 1, zlib.crc32(operation.name.encode())]))
+def ground_of(operation: Operation, seed: int, again: int = 0) -> list[Sample]:
+    """The samples of an operation's ground.   again : for others of the same kinds"""
+    key = [seed, 1 + again, zlib.crc32(operation.name.encode())]
+    found = operation.ground(np.random.default_rng(key))
+    if not again:
+        return found
+    names: dict[str, int] = {}
+    for sample in found:
+        names[sample.label] = names.get(sample.label, 0) + 1
+    return [replace(sample, label=f"{sample.label}, again {again}") for sample in found
+            if names[sample.label] == 1]
+
+
+def of_coarse(operation: Operation, samples: Iterable[Sample], seed: int,
+              profile: str) -> Iterator[Case]:
+    """Values in float32, for backends that round what they multiply to fewer digits; not where a
+    last digit decides, nor beyond the range."""
+    if "float32" not in operation.precisions:
+        return
+    rng = generator(operation, seed + 3)
+    for sample in samples:
+        plain = sample.smooth and not (sample.exact or sample.firm or sample.large)
+        for call, reference, known in _calls(operation, sample, rng, seed) if plain else ():
+            case = answered(in_single(call), reference, profile)
+            sizes = [np.abs(x[x != 0]) for x in (*call.arguments, *(case.expected or ()))
+                     if isinstance(x, np.ndarray) and x.dtype.kind == "f"]
+            usual = all(not x.size or (x.min() > 1e-6 and x.max() < 1e6) for x in sizes)
+            if usual and case.yardstick is not None:
+                yield replace(case, digits=COARSE[profile],
+                              yardstick=case.yardstick.coarse(COARSE[profile]))
 
 
 def of_samples(operation: Operation, samples: Sequence[Sample], seed: int,
-               thorough: bool) -> Iterator[Case]:
-    """All that is asked about an operation's own samples."""
+               profile: int) -> Iterator[Case]:
+    """All that is asked about an operation's own samples.
+
+    profile : 0 for few questions, 1 for many about some samples, 2 for many about all
+    """
+    thorough = profile > 0
     rng, smooth = generator(operation, seed + 2), [s for s in samples if s.smooth]
     others = _other_calls(operation, seed)
     for number, sample in enumerate(samples):
         calls = list(_calls(operation, sample, rng, seed))
         for call, reference, known in calls:
             yield from _values(call, reference, known, sample)
-        chosen = number == 0 or (thorough and any(
-            sample is other for other in (smooth[-1], _most_axes(smooth))))
+        chosen = number == 0 or (thorough and any(sample is other for other in (
+            smooth if profile > 1 else (smooth[-1], _most_axes(smooth)))))
         for call, reference, _ in calls if chosen else ():
             yield from _layouts(call, reference, sample, thorough)
             if thorough and operation.backward:
@@ -59,12 +92,15 @@ def of_samples(operation: Operation, samples: Sequence[Sample], seed: int,
 def of_ground(operation: Operation, samples: Iterable[Sample], seed: int) -> Iterator[Case]:
     """Values in both precisions."""
     rng = generator(operation, seed + 3)
-    for sample in samples:
+    for number, sample in enumerate(samples):
         for call, reference, known in _calls(operation, sample, rng, seed):
             for case in _values(call, reference, known, sample):
                 yield replace(case, core=False)
             for case in _own_memory(call, reference) if not sample.large else ():
                 yield replace(case, core=False)
+            plain = sample.smooth and not (sample.large or sample.exact or sample.firm)
+            if number % APART == 0 and operation.batched and plain:
+                yield from beside(call, reference)
 
 
 def in_float32(call: Case) -> Case | None:
@@ -124,6 +160,8 @@ def _spread_out(call, reference):
         for i, x in enumerate(one.arguments):
             if isinstance(x, np.ndarray) and x.dtype.kind == "f" and x.ndim and len(x) > 1:
                 for layout, same in (("stride 0", np.repeat(x[:1], len(x), axis=0)),
+                                     ("stride 0 of the last axis", np.repeat(
+                                         x[..., :1], x.shape[-1], axis=-1)),
                                      ("every stride 0", np.full_like(x, x.flat[0]))):
                     put = replace(one, arguments=(*one.arguments[:i], same, *one.arguments[i + 1:]))
                     try:

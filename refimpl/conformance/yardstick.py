@@ -19,6 +19,7 @@ import numpy as np
 from ..gradcheck.difference import largest
 from .specification import as_tuple, cast, cast_attributes
 
+FAR_MOVES = 12                                  # of numbers that have fewer digits
 MOVES, SHARE, FARTHEST = 5, 1e-11, 1e5         # draws; delta; of the distribution, the tails' end
 
 
@@ -35,6 +36,14 @@ class Yardstick:
                  expected: tuple, whole: bool = False, firm: bool = False) -> None:
         self._call = reference, arguments, attributes
         self._expected, self._whole, self._firm = expected, whole, firm
+        self._digit = 0.0
+
+    def coarse(self, digit: float) -> "Yardstick":
+        """The same call measured for numbers that have fewer digits: how far the answer goes, ties
+        and kinks included, when each input moves by up to half of their last one."""
+        found = Yardstick(*self._call, self._expected)
+        found._digit = digit
+        return found
 
     @cached_property
     def least(self) -> tuple[np.ndarray | float | None, ...]:
@@ -49,8 +58,22 @@ class Yardstick:
         """For each output an array that broadcasts to it (None for one that is None)."""
         if self._whole or self._firm:
             return self.least
+        moved = self._moved_far() if self._digit else self._moved()
         return tuple(None if own is None else np.maximum(own, of_rows(np.asarray(size)))
-                     for own, size in zip(self.least, self._moved()))
+                     for own, size in zip(self.least, moved))
+
+    @np.errstate(all="ignore")
+    def _moved_far(self):
+        reference, arguments, attributes = self._call
+        rng, most = np.random.default_rng(0), [0.0] * len(self._expected)
+        for _ in range(FAR_MOVES):
+            moved = [_by(rng.uniform(-0.5, 0.5, np.shape(v)) * self._digit, v) for v in (
+                *cast(arguments, np.float64), *cast(attributes.values(), np.float64))]
+            outputs = as_tuple(reference(*moved[:len(arguments)],
+                                         **dict(zip(attributes, moved[len(arguments):]))))
+            most = [None if y is None else np.maximum(far, np.abs(z - y) / self._digit)
+                    for far, y, z in zip(most, self._expected, outputs)]
+        return most
 
     @np.errstate(all="ignore")
     def _moved(self):
@@ -70,6 +93,11 @@ class Yardstick:
                 for y, z in zip(self._expected, outputs)])
         return [np.median(np.stack(column), axis=0) if np.ndim(column[0]) else
                 float(np.median(column)) for column in zip(*found)]
+
+
+def _by(share, value):
+    is_float = isinstance(value, np.ndarray) and value.dtype.kind == "f"
+    return value * (1 + share) if is_float else value
 
 
 def of_rows(sizes: np.ndarray) -> np.ndarray:

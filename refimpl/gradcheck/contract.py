@@ -63,6 +63,7 @@ LAYOUTS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "any stride along an axis of one": _any_stride}
 # For arrays that are equal along their first axis, or everywhere.
 STRIDE_0 = {"stride 0": lambda x: np.broadcast_to(x[:1].copy(), x.shape),
+            "stride 0 of the last axis": lambda x: np.broadcast_to(x[..., :1].copy(), x.shape),
             "every stride 0": lambda x: np.broadcast_to(x.flat[0].copy(), x.shape)}
 
 
