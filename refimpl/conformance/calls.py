@@ -31,6 +31,7 @@ class Case:
     others : ((arguments, attributes), ...) of other valid calls, to be asked in between
     factors : on the tolerance of each output;  single : in float32;  seed : of the inputs
     digits : the last digit of what a profile lets be multiplied, 0 for the precision's own
+    free : for each output where NaN is as good as the expected number
     core : whether it is of the operation's own samples;  folder : of the golden vectors that it was
     read from, if it was
     """
@@ -55,6 +56,7 @@ class Case:
     factors: tuple[float, ...] = ()
     core: bool = True
     digits: float = 0.0
+    free: tuple = field(repr=False, default=())
 
     def __str__(self) -> str:
         return self.id

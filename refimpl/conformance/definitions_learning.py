@@ -161,7 +161,7 @@ def rotation_vector(R: np.ndarray) -> np.ndarray:
 
 def continuous_exponential_maps(R: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Of all vectors v + 2 pi k u of one rotation the nearest to the frame before; both ways round
-    to begin with, and the shorter one taken.
+    to begin with, and the shorter one taken unless it takes a longer step.
     """
     T, J = R.shape[:2]
     out = np.zeros((T, J, 3))
@@ -176,7 +176,10 @@ def continuous_exponential_maps(R: np.ndarray, reference: np.ndarray) -> np.ndar
                 way.append(before)
             ways.append(way)
         lengths = [sum(math.sqrt(distance(x, [0, 0, 0])) for x in way) / T for way in ways]
-        out[:, j] = ways[1] if lengths[1] < lengths[0] - 1e-9 else ways[0]
+        steps = [max((math.sqrt(distance(x, y)) for x, y in zip(way, way[1:])), default=0.0)
+                 for way in ways]
+        other = lengths[1] < lengths[0] - 1e-9 and steps[1] < steps[0] + 1e-9
+        out[:, j] = ways[1] if other else ways[0]
     return out.reshape(T, 3 * J)
 
 

@@ -6,6 +6,7 @@ import textwrap
 
 import numpy as np
 
+from ..holden2016 import losses, rows
 from ..motion.features import FORWARD, SIDEWAYS, TURN
 from ..motion.joints import BONES, FEET, SLOTS
 from .backend import TOLERANCES
@@ -15,6 +16,7 @@ from .rivals import RIVALS
 
 # Whose arrays are the 66 numbers.
 MOTION = ("foot_loss", "bone_loss", "trajectory_loss", "total_loss")
+MOTION_2016 = ("foot_loss_2016", "bone_loss_2016", "trajectory_loss_2016")
 
 
 def explain(operation: Operation) -> list[str]:
@@ -29,6 +31,8 @@ def explain(operation: Operation) -> list[str]:
                   "was None or is a constant).", *_documentation(operation.backward)]
     if operation.name in MOTION:
         lines += ["", *_joints()]
+    if operation.name in MOTION_2016:
+        lines += ["", *_joints_2016()]
     lines += ["", *_how_near(operation)]
     for function in (operation.name, f"{operation.name}_backward"):
         if function in RIVALS:
@@ -94,11 +98,34 @@ def _joints():
              "file's unit of length,",
              f"then row {TURN} turn (radians a frame), row {FORWARD} forward and row {SIDEWAYS} "
              "sideways (length a frame).",
-             "Joints, three rows each:"]
-    lines += textwrap.wrap(", ".join(f"{j} {slot}" for j, slot in enumerate(SLOTS)), 96,
-                           initial_indent="    ", subsequent_indent="    ")
-    lines += ["Feet (rows of contacts): " + ", ".join(f"{j} {SLOTS[j]}" for j in FEET),
-              "Bones (order of lengths):"]
-    lines += textwrap.wrap(", ".join(f"{a}-{b}" for a, b in BONES), 96, initial_indent="    ",
-                           subsequent_indent="    ")
+             "Joints, three rows each:", *_slots()]
+    lines += [_feet(),
+              "Bones (order of lengths):", *_bones(BONES)]
     return lines
+
+
+def _joints_2016():
+    """The same for the 73 numbers of the 2016 code."""
+    joints = rows.POSITIONS.start
+    lines = [f"The 73 numbers of a frame: rows {joints} to {rows.POSITIONS.stop - 1} x, y, z of 21 "
+             f"joints, behind three of a reference joint; rows {rows.VELOCITY.start}",
+             f"sideways, {rows.VELOCITY.stop - 1} forward, {rows.TURN} minus the turn, from the "
+             "frame to the next; then four contacts. Joints:", *_slots(), _feet(),
+             "Bones:", *_bones(losses.BONES), "Their lengths:"]
+    return lines + _wrapped([f"{length:.2f}" for length in losses.LENGTHS])
+
+
+def _slots():
+    return _wrapped([f"{j} {slot}" for j, slot in enumerate(SLOTS)])
+
+
+def _feet():
+    return "Feet (rows of contacts): " + ", ".join(f"{j} {SLOTS[j]}" for j in FEET)
+
+
+def _bones(bones):
+    return _wrapped([f"{a}-{b}" for a, b in bones])
+
+
+def _wrapped(words):
+    return textwrap.wrap(", ".join(words), 96, initial_indent="    ", subsequent_indent="    ")

@@ -46,6 +46,16 @@ def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, r
                              up: str = "y") -> tuple[np.ndarray, np.ndarray]:
     """Section 5: the blend of two sequences along a path, alpha = 0 the first, 1 the second.
 
+    1. The path's steps in p, and in q, are smoothed by scipy.ndimage.gaussian_filter1d(steps,
+       smooth), scaled to sum to P - 1 and Q - 1, and summed up again.
+    2. T = round((1 - alpha) P + alpha Q), half to even. Frame t asks each sequence for its place on
+       the path where its own frame is t (P - 1) / (T - 1), of a stretch that waits the middle, and
+       the two places are blended by alpha.
+    3. At that place p and q are read off the path and both sequences between frames, linearly;
+       angles, heights and headings are blended by alpha.
+    4. Steps over the ground are turned out of their own heading where they begin, blended, and
+       turned into the blended heading; the first place is the blend of both first places.
+
     X : (P, D), Y : (Q, D), radians;  root_X : (P, 4), root_Y : (Q, 4): x, y, z (length) and heading
     (radians);  path : (L, 2);
     alpha : -0.25 to 1.25;  smooth : frames of the Gaussian over the path's steps, 0 for none;
@@ -60,7 +70,14 @@ def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, r
 
 def one_stage_segmentation(Y: np.ndarray, frames: np.ndarray, *,
                            lengths: Sequence[int]) -> tuple[np.ndarray, ...]:
-    """Equations 8 to 11: Y as the cheapest sequence of fragments.
+    """Equations 8 to 11: Y as the cheapest sequence of fragments, by dynamic programming:
+
+        C(p, q, i) = d(p, q, i) + min( C(p-1, q, i), C(p-1, q-1, i), C(p, q-1, i) )     where q > 0
+        C(p, 0, i) = d(p, 0, i) + min( C(p-1, 0, i), min over j of C(p-1, T_j - 1, j) )
+        C(0, 0, i) = d(0, 0, i)
+
+    d : squared distance of frame p of Y and frame q of fragment i. Of equal costs: the diagonal,
+    then p-1, then q-1; staying in a fragment before entering one; the first fragment.
 
     Y : (P, D), frames : (sum of lengths, D), the fragments end to end, lengths : frames of each
     ->  total cost, fragment of each piece, its end (frame after its last) in Y, its cost
@@ -106,7 +123,8 @@ def support_vector_regression(K: np.ndarray, y: np.ndarray, K_new: np.ndarray, *
 
     K : (N, N) kernel of the examples, y : (N,), K_new : (M, N);  C : box, epsilon : half width of
     the tube
-    ->  the dual objective 1/2 b^T K b - y^T b + epsilon |b|, predictions (M,)
+    ->  the dual objective 1/2 b^T K b - y^T b + epsilon |b|, predictions (M,). Where no example
+    lies inside the box the offset is the middle of what the conditions leave it.
     """
     (beta,), (b,) = svr.fit_svr(K[None], y[None], C, epsilon, tolerance=1e-12)
     objective = np.asarray(svr.dual_objective(K, y, beta, epsilon))
@@ -116,8 +134,9 @@ def support_vector_regression(K: np.ndarray, y: np.ndarray, K_new: np.ndarray, *
 def predicted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
                     ridge: float | None = None, gamma: float | None = None,
                     C: float | None = None, epsilon: float | None = None) -> np.ndarray:
-    """f of equation 1, fitted with known hyper-parameters: inputs standardised, the mean label
-    taken out and put back.
+    """f of equation 1, fitted with known hyper-parameters: the columns of Z standardised by mean
+    and deviation (of the population; a constant one is divided by 1), the mean label taken out and
+    put back. "linear interpolation" is e_i + alpha (e_j - e_i) of the columns as they are.
 
     Z : (N, d), d = 2 components + 7, its last columns e_i (3), e_j (3), alpha;  Y : (N, E) styles;
     new : (M, d)
@@ -132,7 +151,10 @@ def predicted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
 
 
 def continuous_exponential_maps(R: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Rotation vectors relative to a reference that run on past pi instead of jumping.
+    """Rotation vectors v of reference^T R that run on past pi instead of jumping: in each frame the
+    one of v + 2 pi k u, u = v / |v|, nearest to the frame before. The first frame has the shortest,
+    or that minus 2 pi u if the whole track is then shorter in the mean and its longest step is not
+    longer.
 
     R : (T, J, 3, 3), reference : (J, 3, 3)  ->  (T, 3 J) radians, joint after joint
     """
@@ -151,7 +173,8 @@ def polynomials(coefficients: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
 
 def golden_section(coefficients: np.ndarray, low: np.ndarray, high: np.ndarray, *,
                    tolerance: float = 1e-6) -> np.ndarray:
-    """Where polynomials have their minimum between two ends, by golden-section search.
+    """Where polynomials have their minimum between two ends, by golden-section search: the middle
+    of the last interval, which is no wider than the tolerance.
 
     coefficients : (N, degree + 1), from the constant on;  low, high : (N,)  ->  (N,)
     """
@@ -161,7 +184,7 @@ def golden_section(coefficients: np.ndarray, low: np.ndarray, high: np.ndarray, 
 def best_alpha(coefficients: np.ndarray, *, samples: int = 13,
                tolerance: float = 1e-6) -> np.ndarray:
     """Equation 12's search: the best of `samples` even steps over [-0.25, 1.25], then golden
-    section around it.
+    section between its neighbours, which stay inside that range.
 
     coefficients : (N, degree + 1) of polynomials that stand for the distance to the style asked for
     ->  (N,)

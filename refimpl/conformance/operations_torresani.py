@@ -8,7 +8,7 @@ float64; a backend that computes in single precision declares its tolerance.
 import numpy as np
 
 from ..motion import rotation
-from ..torresani2006 import align, observe
+from ..torresani2006 import align, observe, segment
 from . import definitions_learning as learning, definitions_torresani as plain
 from . import functions_torresani as functions, ground_learning, ground_torresani as ground
 from .specification import Bad, Sample, operation
@@ -229,6 +229,20 @@ def _another_path(found, arguments, attributes):
     return "another path that costs as little" if as_cheap else ""
 
 
+def _another_segmentation(found, arguments, attributes):
+    """Pieces that cost no more: ties may be decided otherwise."""
+    (total, fragments, ends, costs), (Y, frames) = found, arguments
+    pieces = plain.sequences(frames, attributes["lengths"])
+    if not 0 < len(fragments) == len(ends) == len(costs) or ends[-1] != len(Y):
+        return ""
+    starts = [0, *ends[:-1]]
+    own = [align.dtw(Y[start:end], pieces[k])[0] for k, start, end in zip(fragments, starts, ends)]
+    best = segment.segment(Y, pieces)[0]
+    as_cheap = np.allclose(own, costs, rtol=1e-9, atol=1e-12 * max(best, 1.0)) and abs(
+        sum(own) - best) <= 1e-12 * max(best, 1e-300) and abs(total - best) <= 1e-12 * max(best, 1.0)
+    return "another segmentation that costs as little" if as_cheap else ""
+
+
 def _one(f, arguments, samples, bad=list, part="", *, name="", **rest):
     definitions = learning if hasattr(learning, name or f.__name__) else plain
     return operation(f, arguments, definitions, samples, bad, part, name=name, batched=(),
@@ -258,7 +272,7 @@ OPERATIONS = (
          ground=ground_learning.styles,
          tolerance=1e3),
     _one(functions.one_stage_segmentation, "Y frames", _segment_samples, _bad_segments,
-         "2006, equations 8 to 11", ground=ground.segmentations),
+         "2006, equations 8 to 11", ground=ground.segmentations, same=_another_segmentation),
     _one(functions.golden_section, "coefficients low high", _golden_samples,
          part="2006, section 7.2", tolerance=1e7, ground=ground_learning.golden),
     _one(functions.best_alpha, "coefficients", _alpha_samples, part="2006, equation 12",

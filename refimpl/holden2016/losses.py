@@ -49,7 +49,7 @@ def foot_loss(motion: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     with v of equation 7, means over 4 feet and T - 1 steps, whether planted or not, and heights y
     of frames 1 to T - 1. Equation 7 has no floor term.
 
-    motion : (N, 73, T)
+    motion : (N, 73, T), as `rows` has it: the turning has the other sign than in 2017
     contacts : (N, 4, T) of 0 and 1, constants
     ->  (N,)
 
@@ -98,15 +98,19 @@ def trajectory_loss(motion: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     >>> trajectory_loss(np.zeros((1, 73, 5)), np.ones((1, 3, 5))).tolist()
     [10.0]
     """
-    return SCALE * nn.mean_squares(motion[:, TRAJECTORY] - wanted)
+    return SCALE * nn.mean_squares(_off_the_path(motion, wanted))
 
 
 def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray,
                              wanted: np.ndarray) -> np.ndarray:
     """dloss : (N,)  ->  dmotion (N, 73, T)"""
     dmotion = np.zeros_like(motion)
-    dmotion[:, TRAJECTORY] = nn.mean_squares_backward(SCALE * dloss, motion[:, TRAJECTORY] - wanted)
+    dmotion[:, TRAJECTORY] = nn.mean_squares_backward(SCALE * dloss, _off_the_path(motion, wanted))
     return dmotion
+
+
+def _off_the_path(motion, wanted):
+    return motion[:, TRAJECTORY] - np.asarray(wanted, dtype=motion.real.dtype)
 
 
 def constraint_loss(motion: np.ndarray, contacts: np.ndarray, wanted: np.ndarray) -> np.ndarray:

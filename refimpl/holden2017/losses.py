@@ -158,7 +158,8 @@ def foot_loss(motion: np.ndarray, contacts: np.ndarray, *, target: Any = 0.0) ->
         sum over feet j and frames in contact of || v_r + omega x p_j + v_j - r' ||^2
 
     motion : (N, 66, T) denormalised;  contacts : (N, 4, T) of 0 and 1, constants;  target : r', the
-    velocity that a planted foot should have, 0 or broadcastable to (N, 4, 3, T-1)
+    velocity that a planted foot should have, 0 or broadcastable to (N, 4, 3, T-1). v is that of
+    `foot_velocities`, from each frame to the next; contact, turn and p_j are the first frame's.
     ->  (N,), length^2 / frame^2; a frame without contact counts 0 times its velocity, so that NaN
     shows there too
 
@@ -166,16 +167,20 @@ def foot_loss(motion: np.ndarray, contacts: np.ndarray, *, target: Any = 0.0) ->
     >>> foot_loss(still, np.ones((1, 4, 3))), foot_loss(still, np.ones((1, 4, 3)), target=1.0)
     (array([0.]), array([24.]))
     """
-    slide = contacts[:, :, None, :-1] * (foot_velocities(motion) - target)
-    return nn.sum_squares(slide)
+    return nn.sum_squares(_slide(motion, contacts, target)[1])
 
 
 def foot_loss_backward(dloss: np.ndarray, motion: np.ndarray, contacts: np.ndarray, *,
                        target: Any = 0.0) -> np.ndarray:
     """Contacts and target are constants.   dloss : (N,)  ->  dmotion (N, 66, T)"""
-    planted = contacts[:, :, None, :-1]
-    slide = planted * (foot_velocities(motion) - target)
+    planted, slide = _slide(motion, contacts, target)
     return foot_velocities_backward(planted * nn.sum_squares_backward(dloss, slide), motion)
+
+
+def _slide(motion, contacts, target):
+    """Who is planted (N, 4, 1, T-1), and what is too fast there (N, 4, 3, T-1)."""
+    planted = contacts[:, :, None, :-1].astype(motion.real.dtype)
+    return planted, planted * (foot_velocities(motion) - np.asarray(target, motion.real.dtype))
 
 
 def bone_loss(motion: np.ndarray, lengths: Any, *, bones: Bones = BONES) -> np.ndarray:
@@ -213,6 +218,9 @@ def _bone_errors(motion, lengths, bones):
     """Directions of the bones (N, 20, 3, T), 0 for one of length 0, and errors of their lengths
     (N, 20, T)."""
     p = joint_positions(motion)
+    if np.shape(lengths) != (len(bones),):
+        raise ValueError(f"lengths: found shape {np.shape(lengths)}, needed ({len(bones)},), one "
+                         "for each bone")
     j1, j2 = np.array(bones).T
     direction, found = _unit_vectors(p[:, j1] - p[:, j2])
     return direction, found - np.asarray(lengths, dtype=motion.real.dtype)[:, None]
@@ -246,8 +254,7 @@ def trajectory_loss(motion: np.ndarray, wanted: np.ndarray, *,
     >>> trajectory_loss(np.zeros((1, 66, 1)), np.array([[[1.0], [2.0], [0.0]]]), turn_weight=10.0)
     array([14.])
     """
-    return nn.sum_squares(_trajectory_scale(motion, turn_weight)
-                          * (motion[:, VELOCITIES] - wanted))
+    return nn.sum_squares(_trajectory_scale(motion, turn_weight) * _off_the_path(motion, wanted))
 
 
 def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray, wanted: np.ndarray, *,
@@ -256,8 +263,12 @@ def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray, wanted: np.n
     root = _trajectory_scale(motion, turn_weight)
     dmotion = np.zeros_like(motion)
     dmotion[:, VELOCITIES] = root * nn.sum_squares_backward(
-        dloss, root * (motion[:, VELOCITIES] - wanted))
+        dloss, root * _off_the_path(motion, wanted))
     return dmotion
+
+
+def _off_the_path(motion, wanted):
+    return motion[:, VELOCITIES] - np.asarray(wanted, dtype=motion.real.dtype)
 
 
 def _trajectory_scale(motion, turn_weight):

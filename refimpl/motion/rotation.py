@@ -128,6 +128,8 @@ def log_map(R: Any) -> np.ndarray:
 
         v = 2 atan2(|xyz|, w) xyz / |xyz|
 
+    Of exactly half a turn v and -v are one rotation: the one whose largest element is positive.
+
     R : [..., 3, 3]  ->  [..., 3] radians
 
     >>> float(log_map(axis_rotation("Y", 1.5 * np.pi))[1].round(4))     # a quarter turn back

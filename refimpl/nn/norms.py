@@ -63,6 +63,8 @@ def norm(r: np.ndarray) -> np.ndarray:
 
         y[n] = sqrt(sum r[n]^2)
 
+    No square overflows or vanishes: the answer is right wherever it can be written.
+
     r : (N, ...)  ->  (N,)
 
     >>> norm(np.array([[3.0, 4.0], [0.0, 0.0]]))

@@ -91,8 +91,11 @@ class Fragment:
 def exponential_maps(rotations: np.ndarray, reference: np.ndarray) -> np.ndarray:
     r"""Rotation vectors seen from a reference, continuous over time:   v = log(reference^T R)
 
-    `rotation_matrices` is the exact inverse. A joint that turns through more than half a turn gets
-    vectors longer than pi rather than a jump.
+    `rotation_matrices` is the exact inverse. Each frame has, of the vectors v + 2 pi k u of its
+    rotation, u = v / |v|, the one nearest to the frame before: a joint that turns through more
+    than half a turn gets vectors longer than pi rather than a jump. The first frame has the
+    shortest vector, or that one turn less, if the whole track is then shorter in the mean and has
+    no longer step.
 
     rotations : (T, J, 3, 3), reference : (J, 3, 3)  ->  (T, 3 J) radians
 
@@ -104,7 +107,9 @@ def exponential_maps(rotations: np.ndarray, reference: np.ndarray) -> np.ndarray
     smooth = _continuous(shortest, shortest[0])
     other = _continuous(shortest, shortest[0] - 2 * np.pi * _direction(shortest[0], shortest[0]))
     lengths = [np.linalg.norm(vectors, axis=-1).mean(axis=0) for vectors in (other, smooth)]
-    nearer = lengths[0] < lengths[1] - 1e-9
+    steps = [np.linalg.norm(np.diff(vectors, axis=0), axis=-1).max(axis=0, initial=0)
+             for vectors in (other, smooth)]
+    nearer = (lengths[0] < lengths[1] - 1e-9) & (steps[0] < steps[1] + 1e-9)
     return np.where(nearer[:, None], other, smooth).reshape(len(rotations), -1)
 
 

@@ -1,0 +1,98 @@
+"""Where real code breaks: samples of equation 10 whose terms all weigh."""
+
+from typing import Any
+
+import numpy as np
+
+from ..holden2017 import losses, networks, objective
+from ..motion.features import FEATURES, POSITIONS, TRANSLATION, TURN, VELOCITIES
+from ..motion.joints import BONES
+from .specification import Sample
+
+
+def totals(rng: np.random.Generator) -> list[Sample]:
+    """Samples in which each term of equation 10 weighs: all within a factor of ten, and each in
+    turn the heaviest."""
+    found = []
+    for reading in losses.READINGS:
+        for heaviest in ("none", *(term.name for term in objective.EQUATION_10)):
+            wished = {term.name: 10.0 if term.name == heaviest else 2.0
+                      for term in objective.EQUATION_10}
+            found.append(Sample(f"{reading}, heaviest: {heaviest}",
+                                *_balanced(rng, reading, wished)))
+    arrays, constants = _balanced(rng, "mean_squares", wished)
+    constants["deviation"] = constants["deviation"] * (np.arange(FEATURES) % 7 > 0)
+    found.append(Sample("numbers without deviation", arrays, constants))
+    more = _balanced(rng, "mean_squares", wished, clips=9, frames=17)
+    return found + [Sample("nine clips of odd frames", *more)]
+
+
+def _balanced(rng, reading, wished, clips=2, frames=6, units=5):
+    """Arrays and constants of a total loss whose terms come to what is wished."""
+    n = rng.standard_normal
+    w = objective.WEIGHTS[reading]
+    W0, b0, I = n((units, FEATURES, 3)) * 0.1, n(units) * 0.1, n((clips, FEATURES, frames))
+    arrays = (n((3, FEATURES, 3)) * 0.1, n(3), n((2, 3, 3)), n(2), n((FEATURES, 2, 3)), n(FEATURES))
+    mean, deviation = n(FEATURES), rng.uniform(0.5, 3, FEATURES)
+    deviation[TURN] *= 0.05
+    mean[TURN] *= 0.01
+    contacts = rng.random((clips, 4, frames)) < 0.6
+    O = networks.transform(I, dict(zip(networks.T_NAMES, arrays)))
+    H = networks.encode(O, {"W0": W0, "b0": b0})
+
+    def _per_clip(loss):
+        return float(np.mean(loss))
+    feet_now = w.foot * _per_clip(losses.foot_loss(_motion(O, mean, deviation), contacts))
+    size = np.sqrt(wished["foot"] / feet_now)
+    for numbers in (mean, deviation):
+        numbers[POSITIONS] *= size
+        numbers[TRANSLATION] *= size
+    motion = _motion(O, mean, deviation)
+    away = {"content": n(H.shape), "gram": n((clips, units, units)),
+            "bones": rng.uniform(-1, 1, len(BONES)), "trajectory": n((clips, 3, frames))}
+    away["trajectory"][:, 0] *= 0.01
+    away["gram"] += away["gram"].swapaxes(1, 2)
+    gram = H @ H.swapaxes(1, 2)
+    lengths = np.abs(losses._bone_errors(motion, np.zeros(len(BONES)), BONES)[1]).mean(axis=(0, 2))
+    made: dict[str, Any] = {"hidden": H, "gram": gram, "bones": lengths,
+                            "trajectory": motion[:, VELOCITIES]}
+
+    def _term(name):
+        return {"content": lambda: w.content * _per_clip(losses.content_loss(
+                    made["hidden"], H, reading=reading)),
+                "style": lambda: w.style * _per_clip(losses.style_loss(
+                    made["gram"], H, s=1.0, reading=reading)),
+                "bone": lambda: w.bone * _per_clip(losses.bone_loss(motion, made["bones"])),
+                "trajectory": lambda: w.trajectory * _per_clip(losses.trajectory_loss(
+                    motion, made["trajectory"], turn_weight=w.turn))}[name]()
+    for name, key, start, step in (("content", "hidden", H, away["content"]),
+                                   ("style", "gram", gram, away["gram"]),
+                                   ("bone", "bones", lengths, away["bones"]),
+                                   ("trajectory", "trajectory", motion[:, VELOCITIES],
+                                    away["trajectory"])):
+        factor = 1.0
+        for _ in range(40):                                      # to within a tenth
+            made[key] = start + factor * step
+            found = _term(name)
+            if abs(found / wished[name] - 1) < 0.1:
+                break
+            factor *= (wished[name] / found) ** (0.5 if reading != "norm" or name in (
+                "bone", "trajectory") else 1.0)
+    constants = {"I": I, "W0": W0, "b0": b0, **made, "contacts": contacts, "mean": mean,
+                 "deviation": deviation, "reading": reading}
+    return arrays, constants
+
+
+def _motion(O, mean, deviation):
+    return O * deviation[:, None] + mean[:, None]
+
+
+def shares(sample: Sample) -> dict[str, float]:
+    """What each term of a total loss's sample comes to.   ->  {term: mean over the clips}"""
+    given = dict(sample.attributes)
+    reading = given.pop("reading", "norm")
+    loss_network = {name: given.pop(name) for name in ("W0", "b0")}
+    mean, deviation = given.pop("mean"), given.pop("deviation")
+    return objective.total_loss(dict(zip(networks.T_NAMES, sample.inputs)),
+                                objective.Batch(**given), loss_network, mean, deviation,
+                                objective.WEIGHTS[reading])[1]
