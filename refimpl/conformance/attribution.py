@@ -20,10 +20,13 @@ from typing import Any
 import numpy as np
 
 from ..gradcheck.difference import differences
-from .variations import PROMISES
+from .backend import TOLERANCES
 from .rivals import RIVALS
 from .specification import as_tuple, cast, cast_attributes, has_type
+from .variations import PROMISES
+from .yardstick import of_rows
 
+NEAR = 10.0                            # bounds from a rival: they are measured for the reference
 FAR = 1000.0                                             # bounds between a rival and the reference
 
 
@@ -39,16 +42,24 @@ def conventions(failures: Iterable[Any]) -> dict[str, str]:
         valued = [o for o in outcomes
                   if o.case.expected is not None
                   and o.case.kind.removesuffix(", float32") not in PROMISES]
-        fits = {label: [_fit(rival, o) for o in valued]
-                for label, rival in RIVALS.get(function, ())}
-        able = {label: fit for label, fit in fits.items()
-                if "contradicts" not in fit and "explains" in fit}
+        fits = {label: _fits(rival, valued) for label, rival in RIVALS.get(function, ())}
+        able = {label: fit for label, fit in fits.items() if "explains" in fit}
         for number, o in enumerate(valued):
             labels = [label for label, fit in able.items()
                       if fit[number] == "explains" or len(able) == 1]
             if labels:
                 named[o.case.id] = " or ".join(labels)
     return named
+
+
+def _fits(rival, outcomes):
+    """How a rival fits each outcome, nothing if it contradicts one."""
+    found = []
+    for outcome in outcomes:
+        found.append(_fit(rival, outcome))
+        if found[-1] == "contradicts":
+            return []
+    return found
 
 
 @np.errstate(all="ignore")
@@ -75,12 +86,14 @@ def _fit(rival, outcome):
             continue
         if not has_type(found, np.asarray(ours), case.precision) or found.shape != theirs.shape:
             return "contradicts"
-        off = max(off, _bounds_apart(found, theirs, allowed))
+        own = TOLERANCES[case.precision] * of_rows(np.where(np.isfinite(theirs), np.abs(theirs), 0))
+        nearest = own if theirs.shape != np.shape(ours) else np.maximum(allowed, own)
+        off = max(off, _bounds_apart(found, theirs, nearest))
         if theirs.shape == np.shape(ours):
             from_reference = max(from_reference, _bounds_apart(theirs, np.asarray(ours), allowed))
         else:
             from_reference = np.inf
-    if off > 1:
+    if off > NEAR:
         return "contradicts"
     return "explains" if from_reference >= FAR else "silent"
 

@@ -27,11 +27,8 @@ def pads(padding: Padding, K: int, dilation: int) -> tuple[int, int]:
 
 
 def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride: int = 1,
-           padding: Padding = "same", dilation: int = 1, groups: int = 1,
-           multiply_zeros: bool = True) -> np.ndarray:
+           padding: Padding = "same", dilation: int = 1, groups: int = 1) -> np.ndarray:
     """`nn.conv1d`: each output element as a sum over channels and taps.
-
-    multiply_zeros : the padding's, by filters that are not finite too (0 times infinity is NaN)
 
     >>> conv1d(np.array([[[1.0, 2.0, 3.0]]]), np.array([[[1.0, 0.0, -1.0]]])).tolist()
     [[[-2.0, -2.0, 2.0]]]
@@ -41,7 +38,7 @@ def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride:
     T_out = len([t for t in range(0, T + left + right, stride)
                  if t + dilation * (K - 1) < T + left + right])
     y = np.zeros((N, O, T_out), np.result_type(x, w, *([] if b is None else [b])))
-    strange = multiply_zeros and not np.isfinite(w).all()
+    strange = not np.isfinite(w).all()
     for n, o, t in np.ndindex(y.shape):
         first = o // (O // groups) * Cg
         for k in range(K):                                       # and the Cg channels at once

@@ -88,6 +88,9 @@ def _how_near(operation):
     lines = [f"How near: {bounds}, of what an element sums: the size of its terms, with that of",
              "its clip and channel; unless the backend declares its own. Choices and copies are "
              "exact."]
+    if operation.whole_range:
+        lines += ["It is right wherever the answer can be written: nothing overflows or vanishes on "
+                  "the way to it."]
     return [*lines, "An answer has the precision of its inputs." if "float32" in
             operation.precisions else "It is tried in float64 alone."]
 

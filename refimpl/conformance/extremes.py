@@ -9,6 +9,7 @@ import numpy as np
 from ..gradcheck.difference import differences, largest
 from .calls import Case, answered, precisions
 from .specification import as_tuple
+from .yardstick import Yardstick
 
 POISONS = {"NaN first": (0, np.nan), "NaN in the middle": (0.5, np.nan), "NaN last": (1, np.nan),
            "infinity": (0.5, np.inf), "minus infinity": (0.3, -np.inf)}
@@ -55,6 +56,8 @@ def poisoned(call: Case, reference: Callable) -> Iterator[Case]:
 def _either_way(case, reference, name, poisoned_array, put):
     """Whether a convolution multiplies the zeros of its padding, or of its stride, is its own
     affair: a number times nothing is then 0 or NaN."""
+    if case.operation.name == "gram":                    # (D + D^T) H, or D H + D^T H
+        return replace(case, free=tuple(np.isinf(y) for y in case.expected))
     if case.operation.name not in ("conv1d", "conv_transpose1d"):
         return case
     here = ~np.isfinite(poisoned_array)
@@ -71,7 +74,9 @@ def _either_way(case, reference, name, poisoned_array, put):
         row = reached.any(axis=-1, keepdims=True) & ~reached
         free.append(row)
         expected.append(np.where(row, a, y))
-    return replace(case, expected=tuple(expected), free=tuple(free))
+    finite = put(np.where(here, 1.0, poisoned_array).astype(poisoned_array.dtype))
+    sizes = Yardstick(reference, finite.arguments, finite.attributes, other[0])
+    return replace(case, expected=tuple(expected), free=tuple(free), yardstick=sizes)
 
 
 def ranges(call: Case, reference: Callable) -> Iterator[Case]:

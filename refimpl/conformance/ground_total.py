@@ -19,15 +19,16 @@ def totals(rng: np.random.Generator) -> list[Sample]:
             wished = {term.name: 10.0 if term.name == heaviest else 2.0
                       for term in objective.EQUATION_10}
             found.append(Sample(f"{reading}, heaviest: {heaviest}",
-                                *_balanced(rng, reading, wished)))
-    arrays, constants = _balanced(rng, "mean_squares", wished)
+                                *balanced(rng, reading, wished)))
+    arrays, constants = balanced(rng, "mean_squares", wished)
     constants["deviation"] = constants["deviation"] * (np.arange(FEATURES) % 7 > 0)
     found.append(Sample("numbers without deviation", arrays, constants))
-    more = _balanced(rng, "mean_squares", wished, clips=9, frames=17)
+    more = balanced(rng, "mean_squares", wished, clips=9, frames=17)
     return found + [Sample("nine clips of odd frames", *more)]
 
 
-def _balanced(rng, reading, wished, clips=2, frames=6, units=5):
+def balanced(rng: np.random.Generator, reading: str, wished: dict[str, float], clips: int = 2,
+             frames: int = 6, units: int = 5) -> tuple[tuple, dict[str, Any]]:
     """Arrays and constants of a total loss whose terms come to what is wished."""
     n = rng.standard_normal
     w = objective.WEIGHTS[reading]

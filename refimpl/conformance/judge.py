@@ -119,7 +119,7 @@ def _first_look(case, backend):
     except Difference as wrong:
         laxer = case.kind == "refused"
         return Outcome(case, "failed", str(wrong), wrong.worst, grade="laxer" if laxer else "wrong",
-                       found=wrong.found or str(wrong), expected=wrong.expected,
+                       found=str(wrong) if wrong.found == "" else wrong.found, expected=wrong.expected,
                        answer=answer[0] if answer else None)
     except NoAnswer as silent:
         return Outcome(case, "failed", str(silent), grade="wrong", found=str(silent),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..holden2017 import losses
+from ..holden2017 import losses, objective
 from ..motion.features import FEATURES, TURN
 from ..motion.joints import BONES
 from . import (definitions_holden as definitions, functions_holden as functions,
@@ -95,18 +95,9 @@ def _trajectory_samples(rng):
 
 
 def _total_samples(rng):
-    n = rng.standard_normal
-    W0, b0, I = n((6, FEATURES, 3)) * 0.1, n(6) * 0.1, n((2, FEATURES, 6))
-    root = n((2, 6, 6))
-    constants = {
-        "I": I, "W0": W0, "b0": b0, "hidden": definitions.encode(I, W0, b0),
-        "gram": root @ root.swapaxes(1, 2), "contacts": rng.random((2, 4, 6)) < 0.6,
-        "bones": rng.uniform(1, 4, len(BONES)), "trajectory": n((2, 3, 6)), "mean": n(FEATURES),
-        "deviation": rng.uniform(0.5, 3, FEATURES)}
-    arrays = (n((3, FEATURES, 3)) * 0.1, n(3), n((2, 3, 3)), n(2), n((FEATURES, 2, 3)),
-              n(FEATURES))
-    return [Sample("plain", arrays, constants),
-            Sample("means of squares", arrays, {**constants, "reading": "mean_squares"})]
+    alike = {term.name: 2.0 for term in objective.EQUATION_10}
+    return [Sample(label, *ground_total.balanced(rng, reading, alike)) for label, reading in (
+        ("plain", "norm"), ("means of squares", "mean_squares"))]
 
 
 def _one(f, arguments, samples, equation, **rest):
@@ -133,4 +124,4 @@ OPERATIONS = (
     _one(losses.trajectory_loss, "motion", _trajectory_samples, "equation 9", batched=(),
          ground=ground.paths),
     _one(functions.total_loss, functions.T_NAMES, _total_samples, "equation 10", batched=(),
-         ground=ground_total.totals))
+         ground=ground_total.totals, terms=ground_total.shares))

@@ -17,13 +17,14 @@ import numpy as np
 
 from ..gradcheck import GradientError, check_contract, check_gradient
 from ..gradcheck.difference import relative_difference
-from .backend import OPERATIONS, reference
+from .backend import OPERATIONS, TOLERANCES, reference
 from .cases import cases, generator
 from .judge import judge_all
 from .report import row
 from .specification import Operation, as_tuple
 
 VALUES = 1e-12                                                   # relative to the largest element
+WEIGHS = 100.0                         # bounds that each term of a sum has to come to in each sample
 ELEMENTS = 8                   # of a gradient; of a larger one a sample, and all of it along a line
 
 
@@ -57,7 +58,7 @@ def prove(*, seed: int = 0, operations: Iterable[str] | None = None) -> Iterator
 
 def prove_operation(operation: Operation, seed: int = 0) -> Proof:
     """The Proof of one operation."""
-    made = {"definition": 0, "gradient": 0, "contract": 0}
+    made = {"definition": 0, "gradient": 0, "contract": 0, "terms": 0}
     difference, failures, rows = 0.0, [], []
 
     def _note(sample, what, message="", found="", needed=""):
@@ -86,6 +87,8 @@ def prove_operation(operation: Operation, seed: int = 0) -> Proof:
         _note(sample, "definition", "" if off <= allowed else
               f"the fast form and the definition differ by {off:.3g} of the largest element",
               str(off), str(allowed))
+        if operation.terms:
+            _note(sample, "terms", *_too_light(operation.terms(sample)))
         if operation.backward and sample.smooth:
             _try(sample, "gradient", check_gradient, operation.definition, operation.backward,
                  contract=False, elements=ELEMENTS)
@@ -96,6 +99,17 @@ def prove_operation(operation: Operation, seed: int = 0) -> Proof:
     failures += [outcome.message for outcome in outcomes if outcome.status != "passed"]
     return Proof(operation.name, made["definition"], made["gradient"], made["contract"],
                  len(outcomes), difference, tuple(failures), (*rows, *map(row, outcomes)))
+
+
+def _too_light(terms):
+    """->  message, found, needed; nothing where each term of a sum would be missed"""
+    least = WEIGHS * TOLERANCES["float32"]
+    name = min(terms, key=lambda name: terms[name])
+    share = terms[name] / sum(terms.values())
+    if share >= least:
+        return ()
+    return (f"{name} is {share:.2g} of the sum, too little to be seen: needed {least:.2g}, "
+            f"{WEIGHS:g} times the bound", str(share), str(least))
 
 
 def _with_attributes(function, sample):

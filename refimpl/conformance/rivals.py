@@ -13,7 +13,7 @@ import numpy as np
 from .. import nn
 from ..holden2017 import losses
 from ..motion.joints import FEET
-from . import definitions_nn as definitions, rivals_2016, rivals_torresani
+from . import definitions_nn as definitions, rivals_2016, rivals_forms, rivals_torresani
 from .operations_nn import adam_of_one_array
 
 Function = Callable[..., Any]
@@ -195,4 +195,7 @@ RIVALS: dict[str, list[tuple[str, Function]]] = {
         ("Adam epsilon-hat (Keras, old PyTorch)", adam_variant("epsilon-hat")),
         ("Adam without bias correction (ONNX, T = 0)", adam_variant("no-bias-correction")),
         ("epsilon inside the root", epsilon_inside_the_root)],
-    **rivals_2016.RIVALS, **rivals_torresani.RIVALS}
+    **rivals_torresani.RIVALS}
+for _more in (rivals_2016.RIVALS, rivals_forms.RIVALS):
+    for _name, _pairs in _more.items():
+        RIVALS[_name] = RIVALS.get(_name, []) + _pairs

@@ -66,7 +66,8 @@ class Operation:
     Sample;
     ground : more of them, where real kernels break;  bad : () ->  list of Bad;  batched : inputs
     whose first axis is the batch;  tolerance : factor on a backend's tolerance (searches);
-    whole_range : nothing overflows or vanishes before the answer does;
+    whole_range : nothing overflows or vanishes before the answer does;  terms : of a Sample ->
+    what each term of a sum comes to, so that none is too small to be seen;
     precisions : that it is tried in;  backward : None where there is no gradient.
     """
 
@@ -84,6 +85,7 @@ class Operation:
     same: Callable[[tuple, tuple, dict[str, Any]], str] | None = None
     ground: Callable[[np.random.Generator], list[Sample]] = lambda rng: []
     whole_range: bool = False
+    terms: Callable[[Sample], Mapping[str, float]] | None = None
 
     def __reduce__(self) -> tuple:
         """It travels to another process by its name."""

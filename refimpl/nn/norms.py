@@ -63,8 +63,6 @@ def norm(r: np.ndarray) -> np.ndarray:
 
         y[n] = sqrt(sum r[n]^2)
 
-    No square overflows or vanishes: the answer is right wherever it can be written.
-
     r : (N, ...)  ->  (N,)
 
     >>> norm(np.array([[3.0, 4.0], [0.0, 0.0]]))
@@ -101,7 +99,7 @@ def l1(a: np.ndarray) -> Any:
 
 
 def l1_backward(dy: Any, a: np.ndarray) -> np.ndarray:
-    r"""da = sign(a) dy, 0 at a = 0 (the kink rule).   dy : scalar  ->  the shape of a
+    r"""da = sign(a) dy, 0 at a = 0 (the kink rule), NaN at NaN.   dy : scalar  ->  the shape of a
 
     >>> l1_backward(2.0, np.array([-3.0, 0.0, 5.0]))
     array([-2.,  0.,  2.])

@@ -1,0 +1,156 @@
+"""What is said of failures: by cause, with conventions and capabilities, and of a backend that ends
+the process that judges it."""
+
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+
+from refimpl import nn
+from refimpl.cli import main
+from refimpl.conformance import BackendError, as_backend, cases, judge_all, reference
+from refimpl.conformance.apart import Request, judge_apart
+from refimpl.conformance.causes import causes, first_wrong
+from refimpl.conformance.rivals import RIVALS
+
+GOOD = reference().functions
+
+
+def outcomes_of(operations, profile="small", **wrong):
+    return list(judge_all({**GOOD, **wrong}, cases(operations=operations, profile=profile)))
+
+
+def test_one_option_is_one_line():
+    def no_stride(x, w, b=None, *, stride=1, **k):
+        if stride == 2:
+            raise NotImplementedError("stride 2")
+        return nn.conv1d(x, w, b, stride=stride, **k)
+    found = causes(outcomes_of(["conv1d"], conv1d=no_stride))
+    assert [str(c) for c in found if "stride=2" in c.condition]
+    assert len(found) <= 2 and {c.outcomes[0].grade for c in found} == {"stricter"}
+
+
+def test_the_part_that_is_wrong_first_is_named():
+    """Both are wrong; the encoder is made of the convolution."""
+    wrong = {"conv1d": lambda *a, **k: 1.01 * nn.conv1d(*a, **k),
+             "encode": lambda *a: 1.01 * GOOD["encode"](*a)}
+    found = causes(outcomes_of(["conv1d", "encode"], **wrong))
+    assert [(c.function, c.first) for c in found] == [("conv1d", ""), ("encode", "conv1d")]
+    assert first_wrong("total_loss_backward", {"gram_backward"}) == "gram_backward"
+
+
+@np.errstate(all="ignore")
+def mean_of(loss):
+    """NaN for no clip, without a warning."""
+    return np.asarray(loss.sum() / loss.dtype.type(len(loss)))
+
+
+@pytest.mark.parametrize("name, wrong, label", [
+    ("style_loss", lambda *a, **k: np.asarray(GOOD["style_loss"](*a, **k).sum()), "summed"),
+    ("bone_loss", lambda *a, **k: mean_of(GOOD["bone_loss"](*a, **k)), "averaged"),
+    ("encode", lambda X, W, b: GOOD["encode"](X, W[:, :, ::-1].copy(), b), "as Theano has them"),
+    ("sum_squares", nn.mean_squares, "the mean of the squares")])
+def test_forms_of_others_are_named(name, wrong, label):
+    found = [o for o in outcomes_of([name], **{name: wrong}) if o.case.function == name
+             and o.case.kind in ("float64", "float32") and o.status == "failed"]
+    assert found and all(label in o.rival for o in found)
+
+
+def test_every_rival_differs_from_the_reference():
+    for function, rivals in RIVALS.items():
+        labels = [label for label, _ in rivals]
+        assert function in GOOD and len(labels) == len(set(labels))
+
+
+def test_what_a_backend_says_that_it_lacks_is_not_held_against_it():
+    def single(h):
+        return nn.gram(h.astype(np.float32))
+    plain = list(judge_all({"gram": single}, cases(operations=["gram"], profile="small")))
+    lacking = list(judge_all({"gram": single, "lacks": ["float64"]},
+                             cases(operations=["gram"], profile="small")))
+    assert any(o.grade == "wrong" for o in plain)
+    assert {o.grade for o in lacking if o.case.kind != "refused"} == {"agrees", "not offered"}
+    ceil = as_backend({"avg_pool1d": nn.avg_pool1d, "lacks": ["avg_pool1d ceil_mode"]})
+    skipped = [o for o in judge_all(ceil, cases(operations=["avg_pool1d"], profile="small"))
+               if o.expected == "avg_pool1d ceil_mode"]
+    assert skipped and all("ceil_mode" in o.case.attributes for o in skipped)
+
+
+@pytest.mark.parametrize("lacks, says", [
+    ("float64", "a list of words"), (["float16"], "needed float64"),
+    (["conv1d ceil_mode"], "needed an argument or option of conv1d: x, w, b, stride"),
+    (["float64 x"], "float64")])
+def test_lacks_that_mean_nothing_are_refused(lacks, says):
+    with pytest.raises(BackendError, match=says):
+        as_backend({"gram": nn.gram, "lacks": lacks})
+
+
+UNRULY = """
+    import os
+    import time
+    import numpy as np
+    from refimpl import nn
+
+    def crashes(h):
+        if h.shape[2] == 33:
+            os.kill(os.getpid(), 11)
+        return nn.gram(h)
+
+    def hangs(x):
+        while x.shape[0] == 9:
+            time.sleep(1)
+        return nn.relu(x)
+
+    def leaves(a):
+        if a.size == 17:
+            os._exit(0)
+        return nn.l1(a)
+
+    def eats(r):
+        kept = [np.ones(2 ** 24) for _ in range(64 if len(r) == 17 else 0)]
+        while kept:
+            time.sleep(1)
+        return nn.mean_squares(r)
+
+    BACKEND = {"gram": crashes, "relu": hangs, "l1": leaves, "mean_squares": eats}
+"""
+
+
+@pytest.fixture
+def unruly(tmp_path, monkeypatch):
+    (tmp_path / "unruly.py").write_text(textwrap.dedent(UNRULY))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr("refimpl.conformance.apart.PATIENCE", 1)
+    return "unruly:BACKEND"
+
+
+@pytest.mark.parametrize("operation, says", [
+    ("gram", "crashes (SIGSEGV)"), ("relu", "gives no answer within 5 s (it hangs)"),
+    ("l1", "leaves the program (exit status 0)"),
+    pytest.param("mean_squares", "takes more than 0.25 GB of memory", marks=pytest.mark.skipif(
+        sys.platform != "linux", reason="memory is watched on Linux alone"))])
+def test_a_backend_that_ends_its_process_is_judged(unruly, operation, says):
+    backend, *found = judge_apart(Request(unruly, (operation,), time_limit=5, memory_limit=0.25))
+    failed = [o for o in found if o.status == "failed" and o.grade == "wrong"]
+    assert [o.found for o in failed] == [says] and backend.name == unruly
+    assert any(o.grade == "agrees" for o in found)
+    assert {o.grade for o in found} <= {
+        "agrees", "wrong", "undecidable", "laxer", "not offered"}
+    assert len(found) == len(cases(operations=[operation]))
+
+
+def test_the_command_says_which_and_goes_on(unruly, capsys):
+    assert main(["check", unruly, "--operations", "l1,avg_depool1d"]) == 1
+    said = capsys.readouterr().out
+    assert "leaves the program" in said and "verdict: disagrees" in said
+    assert main(["check", unruly, "--operations", "avg_depool1d"]) == 1       # nothing is checked
+
+
+def test_a_module_that_ends_its_process_is_refused_in_one_line(tmp_path, monkeypatch, capsys):
+    (tmp_path / "gone.py").write_text("import os\nos._exit(7)\n")
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "gone:BACKEND"]) == 2
+    assert "leaves the program (exit status 7) while it was loaded" in capsys.readouterr().err
+
