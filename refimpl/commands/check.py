@@ -18,8 +18,8 @@ from ..conformance.cases import PROFILES, known_operation
 from ..conformance.explain import explain
 from ..conformance.golden import export, read_folder
 from ..conformance.prove import prove
-from ..conformance.report import (failures, last_line, misspelt, proof_table, row, table, verdict,
-                                  write_junit)
+from ..conformance.report import (failures, idle_patterns, last_line, misspelt, proof_table, row,
+                                  table, verdict, write_junit)
 from .options import (InputFolder, InputPath, OutputFolder, OutputPath, number, whole,
                       write_report)
 
@@ -46,7 +46,8 @@ def add_commands(commands: Any) -> None:
     check.add_argument("--junit", metavar="FILE", type=OutputPath,
                        help="write every verdict as JUnit XML")
     check.add_argument("--xfail", metavar="FILE", type=InputPath,
-                       help="patterns of case ids that are known to fail, one a line")
+                       help="patterns of case ids that are known to fail, one a line; one that "
+                       "nothing of fails any more is told, and the verdict is then disagrees")
     check.add_argument("--operations", metavar="A,B", help="only these operations (default: all)")
     check.add_argument("--require", metavar="A,B|all",
                        help="functions that must be offered (gram, gram_backward ...), and take "
@@ -167,11 +168,13 @@ def _judge(arguments, chosen, complaints, operations=None):
         backend, *outcomes = judge_apart(Request(
             arguments.backend, tuple(names), arguments.seed or 0, arguments.profile or "core",
             arguments.golden, tuple(patterns), arguments.time_limit, arguments.memory_limit))
-    said = "disagrees" if complaints else verdict(outcomes, required)
+    idle = idle_patterns(patterns, outcomes)
+    said = "disagrees" if complaints or idle else verdict(outcomes, required)
     against = arguments.golden or "refimpl"
     lines = [f"{backend.name} against {against}", "", *(f"{against}: {c}" for c in complaints[:20])]
     if len(complaints) > 20:
         lines += [f"{against}: ... and {len(complaints) - 20} more"]
+    lines += [f"expected to fail, and does not: {pattern}" for pattern in idle]
     if outcomes:
         lines += [*table(outcomes), *failures(outcomes)]
     if arguments.golden:

@@ -22,7 +22,8 @@ from .judge import Outcome, judge_together
 PATIENCE = 3                    # calls of one function that may end a process before it is let be
 LOADING = 300.0                                # seconds for a module and its libraries to be loaded
 GIGABYTE = 2 ** 30
-LOOK = 0.1                                            # seconds between two looks at a child's memory
+# seconds between two looks at a child's memory
+LOOK = 0.1
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,8 @@ class _Child:
         while not self.pipe.poll(LOOK):
             if limit is not None and time.monotonic() - began > limit:
                 return f"gives no answer within {limit:g} s (it hangs)"
-            if self.asked and _memory(self.process.pid) - had > self.request.memory_limit * GIGABYTE:
+            if (self.asked and _memory(self.process.pid) - had
+                > self.request.memory_limit * GIGABYTE):
                 return f"takes more than {self.request.memory_limit:g} GB of memory"
         return ""
 
@@ -158,10 +160,10 @@ def _work(pipe, request):
         return
     pipe.send(("backend", replace(backend, functions=dict.fromkeys(backend.functions))))
     for chosen in _chosen(request):
-        found = judge_together(
-            chosen, backend, request.expected, settled=request.settled,
-            given_up=request.given_up, asking=lambda case: pipe.send(("asking", (case.id, case.function))),
-            weighing=lambda: pipe.send(("weighing", None)))
+        found = judge_together(chosen, backend, request.expected, settled=request.settled,
+                               given_up=request.given_up,
+                               asking=lambda case: pipe.send(("asking", (case.id, case.function))),
+                               weighing=lambda: pipe.send(("weighing", None)))
         pipe.send(("outcomes", [_light(outcome) for outcome in found]))
     pipe.send(("done", None))
     sys.stdout.flush()

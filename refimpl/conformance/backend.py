@@ -20,7 +20,8 @@ OPERATIONS = {operation.name: operation for operation in (
     operations_nn.OPERATIONS + operations_holden.OPERATIONS + operations_2016.OPERATIONS
     + operations_torresani.OPERATIONS)}
 TOLERANCES = {"float64": 1e-12, "float32": 2e-6}     # of what an element sums (`yardstick`)
-DECLARED = "tolerances", "lacks"                    # what a backend says of itself, beside functions
+# what a backend says of itself, beside functions
+DECLARED = "tolerances", "lacks"
 LOOSEST = 0.1                      # that a backend may declare; beyond it nothing is judged
 
 

@@ -13,7 +13,9 @@ from .specification import Operation, as_tuple, cast, cast_attributes
 from .yardstick import Yardstick, of_rows
 
 LEAST = 1e-9              # of an output's largest element, what an element is taken to sum
-COARSE = 4.0                                 # last digits that an element may be off in such a profile
+# last digits that an element may be off in such a profile
+OF_FILTERS = 1e-2                                                # the same for their gradients
+COARSE = 4.0
 EXACT = 1e-15                                         # where a rule decides and nothing is rounded
 
 
@@ -96,8 +98,15 @@ class Case:
         factors = self.factors or (1.0,) * len(expected)
         least = 4.0 * float(np.finfo(self.precision).smallest_subnormal)
         return tuple(None if size is None else least + tolerance * self.operation.tolerance * factor
-                     * np.maximum(size, LEAST * largest(y))
-                     for size, factor, y in zip(sizes, factors, expected))
+                     * np.maximum(size, self._least(number) * largest(y))
+                     for number, (size, factor, y) in enumerate(zip(sizes, factors, expected)))
+
+    def _least(self, output):
+        """Filters are for all clips together, and a transform may sum over all of them at once."""
+        names = self.operation.arguments
+        of_filters = (self.function.endswith("_backward") and output < len(names)
+                      and names[output].lower().startswith("w"))
+        return OF_FILTERS if of_filters else LEAST
 
     def bounds(self) -> tuple[float, ...]:
         """The largest of the kit's own allowances for each output, in units of its largest element

@@ -20,7 +20,8 @@ PARTS = {
     "encode": _NETWORK, "encode_2016": _NETWORK,
     "decode": ("avg_depool1d", "random_depool1d", "conv_transpose1d"),
     "decode_2016": ("avg_depool1d", "random_depool1d", "conv1d"),
-    "transform": ("conv1d", "relu"), "autoencoder_loss": ("encode", "decode", "squared_error", "l1"),
+    "transform": ("conv1d", "relu"),
+    "autoencoder_loss": ("encode", "decode", "squared_error", "l1"),
     "autoencoder_loss_2016": ("encode_2016", "decode_2016", "squared_error", "l1"),
     "content_loss": ("norm", "mean_squares", "sum_squares"),
     "style_loss": ("gram", "norm", "mean_squares", "sum_squares"),
@@ -35,7 +36,8 @@ PARTS = {
     "predicted_style": ("principal_components", "linear_ridge", "kernel_ridge"),
     "best_alpha": ("golden_section",)}
 KIND = re.compile(r"(, float32|, .* alone| apart|, [A-Za-z_0-9 ]+$)")
-NEARLY_ALL = 0.9                                        # of a function's calls: then it is all of it
+# of a function's calls: then it is all of it
+NEARLY_ALL = 0.9
 MOST = 0.75                                             # of the calls that meet a condition
 
 
@@ -161,8 +163,8 @@ def conditions_of(case: Any) -> set[str]:
     """What may be said of a call: options, arguments left out, kind, layout, precision.
 
     >>> from refimpl.conformance import case
-    >>> sorted(conditions_of(case("avg_depool1d/width 3/forward/float64")))
-    ['float64', 'the sample "width 3"', 'width=3']
+    >>> sorted(conditions_of(case("avg_depool1d/three/forward/float64")))
+    ['float64', 'the sample "three"', 'width=3']
     """
     found = {f'the sample "{case.id.split("/")[1]}"'}
     if case.kind != "refused":

@@ -6,7 +6,7 @@ whether it left them alone. What a function says is judged once; the same answer
 against the conventions of others (`attribution`).
 """
 
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
 from types import MappingProxyType
@@ -49,7 +49,7 @@ class Outcome:
 
 
 def judge_all(backend: Any, chosen: Iterable[Case],
-              expected_failures: Iterable[str] = ()) -> Iterator[Outcome]:
+              expected_failures: Collection[str] = ()) -> Iterator[Outcome]:
     """Outcomes of all cases, in order.   backend : whatever `as_backend` takes
 
     The cases of one operation are judged together: a convention is named only where it explains
@@ -61,7 +61,7 @@ def judge_all(backend: Any, chosen: Iterable[Case],
 
 
 def judge_together(chosen: Iterable[Case], backend: Backend,
-                   expected_failures: Iterable[str] = (), *,
+                   expected_failures: Collection[str] = (), *,
                    settled: Mapping[str, str] = MappingProxyType({}), given_up: Container[str] = (),
                    asking: Callable[[Case], None] = lambda case: None,
                    weighing: Callable[[], None] = lambda: None) -> list[Outcome]:
@@ -88,10 +88,12 @@ def judge_together(chosen: Iterable[Case], backend: Backend,
     weighing()
     found = []
     for outcome in _weighed(looks, backend):
-        if is_expected_failure(outcome.case.id, expected_failures) and outcome.status in (
-                "passed", "failed"):
-            status = "xfailed" if outcome.status == "failed" else "xpassed"
-            outcome = replace(outcome, status=status)
+        identity = outcome.case.id
+        if is_expected_failure(identity, expected_failures):
+            if outcome.status == "failed":
+                outcome = replace(outcome, status="xfailed")
+            elif outcome.status == "passed" and identity in expected_failures:
+                outcome = replace(outcome, status="xpassed")     # a pattern may be wider
         found.append(outcome)
     return found
 
@@ -119,8 +121,8 @@ def _first_look(case, backend):
     except Difference as wrong:
         laxer = case.kind == "refused"
         return Outcome(case, "failed", str(wrong), wrong.worst, grade="laxer" if laxer else "wrong",
-                       found=str(wrong) if wrong.found == "" else wrong.found, expected=wrong.expected,
-                       answer=answer[0] if answer else None)
+                       found=str(wrong) if wrong.found == "" else wrong.found,
+                       expected=wrong.expected, answer=answer[0] if answer else None)
     except NoAnswer as silent:
         return Outcome(case, "failed", str(silent), grade="wrong", found=str(silent),
                        expected="an answer", error=silent.error)

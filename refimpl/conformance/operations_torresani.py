@@ -238,8 +238,9 @@ def _another_segmentation(found, arguments, attributes):
     starts = [0, *ends[:-1]]
     own = [align.dtw(Y[start:end], pieces[k])[0] for k, start, end in zip(fragments, starts, ends)]
     best = segment.segment(Y, pieces)[0]
-    as_cheap = np.allclose(own, costs, rtol=1e-9, atol=1e-12 * max(best, 1.0)) and abs(
-        sum(own) - best) <= 1e-12 * max(best, 1e-300) and abs(total - best) <= 1e-12 * max(best, 1.0)
+    as_cheap = (np.allclose(own, costs, rtol=1e-9, atol=1e-12 * max(best, 1.0))
+                and abs(sum(own) - best) <= 1e-12 * max(best, 1e-300)
+                and abs(total - best) <= 1e-12 * max(best, 1.0))
     return "another segmentation that costs as little" if as_cheap else ""
 
 

@@ -9,7 +9,7 @@ against instruments that know no derivation:
   that must be named.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +24,8 @@ from .report import row
 from .specification import Operation, as_tuple
 
 VALUES = 1e-12                                                   # relative to the largest element
-WEIGHS = 100.0                         # bounds that each term of a sum has to come to in each sample
+# bounds that each term of a sum has to come to in each sample
+WEIGHS = 100.0
 ELEMENTS = 8                   # of a gradient; of a larger one a sample, and all of it along a line
 
 
@@ -65,7 +66,8 @@ def prove_operation(operation: Operation, seed: int = 0) -> Proof:
         made[what] += 1
         if message:
             failures.append(f"{operation.name}/{sample.label}: {message}")
-        function = operation.name if what == "definition" else f"{operation.name}_backward"
+        function = (operation.name if what in ("definition", "terms")
+                    else f"{operation.name}_backward")
         rows.append({"operation": operation.name, "case": f"{operation.name}/{sample.label}/{what}",
                      "function": function, "dtype": "float64",
                      "grade": "wrong" if message else "agrees", "convention": "", "found": found,
@@ -88,7 +90,7 @@ def prove_operation(operation: Operation, seed: int = 0) -> Proof:
               f"the fast form and the definition differ by {off:.3g} of the largest element",
               str(off), str(allowed))
         if operation.terms:
-            _note(sample, "terms", *_too_light(operation.terms(sample)))
+            _note(sample, "terms", *too_light(operation.terms(sample)))
         if operation.backward and sample.smooth:
             _try(sample, "gradient", check_gradient, operation.definition, operation.backward,
                  contract=False, elements=ELEMENTS)
@@ -101,8 +103,12 @@ def prove_operation(operation: Operation, seed: int = 0) -> Proof:
                  len(outcomes), difference, tuple(failures), (*rows, *map(row, outcomes)))
 
 
-def _too_light(terms):
-    """->  message, found, needed; nothing where each term of a sum would be missed"""
+def too_light(terms: Mapping[str, float]) -> tuple[str, ...]:
+    """What is said of the lightest term of a sum if an error in it could hide in the bounds.
+
+    terms : {name: what it comes to}
+    ->  message, found, needed; nothing where each would be missed
+    """
     least = WEIGHS * TOLERANCES["float32"]
     name = min(terms, key=lambda name: terms[name])
     share = terms[name] / sum(terms.values())

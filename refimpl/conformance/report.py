@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 from ..gradcheck.report import columns
 from ..storage import atomic_write
+from .backend import is_expected_failure
 from .causes import causes
 from .judge import GRADES
 
@@ -72,6 +73,16 @@ def verdict(outcomes: Sequence[Any], required: Iterable[str] = ()) -> str:
         if o.status == "xpassed" or (bad and o.status != "xfailed"):
             return "disagrees"
     return "agrees"
+
+
+def idle_patterns(patterns: Iterable[str], outcomes: Sequence[Any]) -> list[str]:
+    """Patterns of failures that are expected of the operations that were judged, and which none of
+    their cases shows any more.   ->  list of str"""
+    judged = {o.case.operation.name for o in outcomes}
+    failed = [o.case.id for o in outcomes if o.status in ("xfailed", "xpassed")]
+    return [pattern for pattern in patterns
+            if any(is_expected_failure(name, [pattern.partition("/")[0]]) for name in judged)
+            and not any(is_expected_failure(identity, [pattern]) for identity in failed)]
 
 
 def misspelt(backend: Any) -> list[str]:

@@ -55,6 +55,25 @@ def nan_ignored(x: np.ndarray, width: int = 2, **windows: Any) -> np.ndarray:
     return nn.max_pool1d(np.where(np.isnan(x), -np.inf, x), width, **windows)
 
 
+def last_nan(function: Function) -> Function:
+    """Max-pooling that takes the last of several NaN in a window: what comes before it counts as
+    nothing."""
+    def _with_one(x, width=2, **windows):
+        nn.max_pool1d_indices(x, width, **windows)               # refuses what is to be refused
+        positions = np.array(definitions.window_positions(x.shape[2], width, **windows))
+        marked = x.copy()
+        for n, c in zip(*np.nonzero(np.isnan(x).any(axis=2))):
+            for window in positions:
+                inside = [p for p in window if 0 <= p < x.shape[2] and np.isnan(x[n, c, p])]
+                marked[n, c, inside[:-1]] = -np.inf
+        return marked
+    if function is nn.max_pool1d_indices:
+        return lambda x, *rest, **windows: function(_with_one(x, *rest, **windows), *rest,
+                                                    **windows)
+    return lambda dy, x, *rest, **windows: function(dy, _with_one(x, *rest, **windows), *rest,
+                                                    **windows)
+
+
 def larger_half_left(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *,
                      padding: Any = "same", dilation: int = 1, **attributes: int) -> np.ndarray:
     """A convolution that puts the larger half of an odd number of zeros on the left."""
@@ -143,7 +162,10 @@ RIVALS: dict[str, list[tuple[str, Function]]] = {
     "conv_transpose1d_backward": [
         ("a flipped filter", flipped_backward(nn.conv_transpose1d_backward))],
     "max_pool1d": [("NaN ignored in a pool", nan_ignored)],
+    "max_pool1d_indices": [("the last of several NaN, as PyTorch has it",
+                            last_nan(nn.max_pool1d_indices))],
     "max_pool1d_backward": [
+        ("the last of several NaN, as PyTorch has it", last_nan(nn.max_pool1d_backward)),
         ("ties to the last", tie_to_the_last), ("ties to all, as Theano does", tie_to_all),
         ("ties split equally, as jnp.max does", tie_split_equally)],
     "avg_depool1d": [
@@ -166,7 +188,9 @@ RIVALS: dict[str, list[tuple[str, Function]]] = {
         ("the other one of its two terms", lambda d, h: d.swapaxes(1, 2) @ h)],
     "norm": [("the norm squared", nn.sum_squares)],
     "l1_backward": [
-        ("d|x| = 1 at 0, as JAX has it", lambda d, a: np.where(a >= 0, 1.0, -1.0) * d)],
+        ("d|x| = 1 at 0, as JAX has it", lambda d, a: np.where(a >= 0, 1.0, -1.0) * d),
+        ("d|x| = 0 at NaN, as PyTorch has it", lambda d, a: np.where(
+            np.isnan(a), 0.0, np.sign(a)) * d)],
     "squared_error": [("half the squares", lambda x, y, **k: nn.squared_error(x, y, **k) / 2)],
     "random_depool1d": [
         ("half of each value in the chosen frame",

@@ -45,10 +45,12 @@ def _reversed(x):
     return np.ascontiguousarray(x[:, :, ::-1]) if np.ndim(x) == 3 else x
 
 
-RIVALS: dict[str, list[tuple[str, Function]]] = {
-    name: [("one number, summed over the clips", over_clips(loss, np.sum)),
-           ("one number, averaged over the clips", over_clips(loss, lambda y: y.sum() / np.float64(y.size)))]
-    for name, loss in LOSSES.items()}
+RIVALS: dict[str, list[tuple[str, Function]]] = {name: [("one number, summed over the clips",
+                                                         over_clips(loss, np.sum)),
+                                                        ("one number, averaged over the clips",
+                                                         over_clips(loss, lambda y: y.sum()
+                                                                    / np.float64(y.size)))]
+                                                 for name, loss in LOSSES.items()}
 RIVALS["sum_squares"].append(("the mean of the squares", nn.mean_squares))
 RIVALS["mean_squares"].append(("the sum of the squares", nn.sum_squares))
 RIVALS["l1"] = [("the mean of the absolute values", lambda a: nn.l1(a) / a.size)]

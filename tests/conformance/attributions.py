@@ -2,6 +2,7 @@
 names. `python -m tests.conformance.attributions`
 """
 
+import functools
 import sys
 
 import numpy as np
@@ -73,12 +74,15 @@ FAULTS = {
 }
 
 
+@functools.lru_cache(maxsize=None)
+def _cases(operation, seed):
+    return cases(seed=seed, operations=[operation], profile="small")
+
+
 def judged(function, wrong, seed, tolerances=None):
     """Failed outcomes of the function's operation with one function replaced."""
     backend = {**GOOD, function: wrong, **({"tolerances": tolerances} if tolerances else {})}
-    chosen = [c for c in cases(seed=seed, operations=[function.removesuffix("_backward")],
-                                profile="small")
-              if c.function == function]
+    chosen = [c for c in _cases(function.removesuffix("_backward"), seed) if c.function == function]
     return [o for o in judge_all(backend, chosen) if o.status == "failed"]
 
 

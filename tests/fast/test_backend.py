@@ -17,7 +17,8 @@ OFFERED = sorted({name.removesuffix("_backward") for name in BACKEND})
 
 def judged(functions, operations=OFFERED, seed=0):
     """Outcomes of the cases of what is offered."""
-    return [o for o in judge_all(functions, cases(seed=seed, operations=operations, profile="small"))
+    return [o for o in judge_all(functions,
+                                 cases(seed=seed, operations=operations, profile="small"))
             if o.status != "skipped"]
 
 
