@@ -39,16 +39,16 @@ def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride:
                  if t + dilation * (K - 1) < T + left + right])
     y = np.zeros((N, O, T_out), np.result_type(x, w, *([] if b is None else [b])))
     strange = not np.isfinite(w).all()
-    for n, o, t in np.ndindex(y.shape):
+    for o, t in np.ndindex(O, T_out):
         first = o // (O // groups) * Cg
-        for k in range(K):                                       # and the Cg channels at once
+        for k in range(K):                                # all clips, and the Cg channels, at once
             s = t * stride + k * dilation - left
             if 0 <= s < T:
-                y[n, o, t] += (w[o, :, k] * x[n, first:first + Cg, s]).sum()
+                y[:, o, t] += x[:, first:first + Cg, s] @ w[o, :, k]
             elif strange:                                        # 0 times infinity is NaN
-                y[n, o, t] += (w[o, :, k] * 0.0).sum()
+                y[:, o, t] += (w[o, :, k] * 0.0).sum()
         if b is not None:
-            y[n, o, t] += b[o]
+            y[:, o, t] += b[o]
     return y
 
 

@@ -96,7 +96,7 @@ def _trajectory_samples(rng):
 
 def _total_samples(rng):
     alike = {term.name: 2.0 for term in objective.EQUATION_10}
-    return [Sample(label, *ground_total.balanced(rng, reading, alike)) for label, reading in (
+    return [Sample(label, *ground_total.balanced(rng, reading, alike, frames=4)) for label, reading in (
         ("plain", "norm"), ("means of squares", "mean_squares"))]
 
 
