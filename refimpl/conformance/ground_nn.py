@@ -144,7 +144,7 @@ def pools(rng: np.random.Generator, average: bool = False) -> list[Sample]:
                                              width)))
     found += along({"frames": 9}, lambda frames: Sample(
         "", (_spread(rng, 1, 1, frames), 2), {"stride": 1}), (255, 257, *LONG))
-    low = -3.402e38 * (1 - 1e-6 * np.arange(36.0).reshape(2, 2, 9))
+    low = -(1e38 if average else 3.402e38) * (1 - 1e-6 * np.arange(36.0).reshape(2, 2, 9))
     found += [Sample("far below zero, with padding", (low, 3), {"padding": 1, "stride": 2},
                      exact=not average),
               Sample("below float32, with padding", (low * 1e100, 3), {"padding": 1},
