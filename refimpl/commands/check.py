@@ -132,7 +132,7 @@ def _golden_cases(folder, operations):
 
 def _functions(operations):
     """What is judged of some operations.   ->  set of str"""
-    return {function for operation in map(OPERATIONS.get, operations) for function in (
+    return {function for operation in (OPERATIONS[name] for name in operations) for function in (
         operation.name, *([f"{operation.name}_backward"] if operation.backward else ()))}
 
 

@@ -128,8 +128,8 @@ class _Child:
         while not self.pipe.poll(LOOK):
             if limit is not None and time.monotonic() - began > limit:
                 return f"gives no answer within {limit:g} s (it hangs)"
-            if (self.asked and _memory(self.process.pid) - had
-                > self.request.memory_limit * GIGABYTE):
+            taken = _memory(self.process.pid) - had
+            if self.asked and taken > self.request.memory_limit * GIGABYTE:
                 return f"takes more than {self.request.memory_limit:g} GB of memory"
         return ""
 
@@ -158,7 +158,7 @@ def _work(pipe, request):
     except BackendError as error:
         pipe.send(("refused", str(error)))
         return
-    pipe.send(("backend", replace(backend, functions=dict.fromkeys(backend.functions))))
+    pipe.send(("backend", replace(backend, functions=dict.fromkeys(backend.functions, len))))
     for chosen in _chosen(request):
         found = judge_together(chosen, backend, request.expected, settled=request.settled,
                                given_up=request.given_up,

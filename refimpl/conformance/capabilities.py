@@ -55,9 +55,8 @@ def mistake(words: Any, functions: Iterable[str],
     for word in words:
         what, _, option = str(word).partition(" ")
         if what not in PRECISIONS and what not in functions:
-            return (
-                f"found {word!r} among its lacks, needed float64, float32 or an operation, with "
-                    "an option behind it where it is an option that is lacking")
+            return (f"found {word!r} among its lacks, needed float64, float32 or an operation, "
+                    "with an option behind it where it is an option that is lacking")
         name = option.partition("=")[0]
         if name and (what in PRECISIONS or name not in arguments[what]):
             return (f"found {word!r} among its lacks, needed an argument or option of {what}"

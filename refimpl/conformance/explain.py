@@ -89,9 +89,8 @@ def _how_near(operation):
              "its clip and channel; unless the backend declares its own. Choices and copies are "
              "exact."]
     if operation.whole_range:
-        lines += [
-            "It is right wherever the answer can be written: nothing overflows or vanishes on "
-                  "the way to it."]
+        lines.append("It is right wherever the answer can be written: nothing overflows or "
+                     "vanishes on the way to it.")
     return [*lines, "An answer has the precision of its inputs." if "float32" in
             operation.precisions else "It is tried in float64 alone."]
 

@@ -3,6 +3,7 @@ very different sizes side by side."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -46,7 +47,8 @@ def poisoned(call: Case, reference: Callable) -> Iterator[Case]:
     for one, precision in precisions(call):
         places = list(_places(one))
         for name, x, put in places if whole else places[:1]:
-            for kind, (place, value) in list(POISONS.items())[:None if whole else 3]:
+            every = call.operation.whole_range
+            for kind, (place, value) in list(POISONS.items())[:None if every else 3]:
                 y = x.copy()
                 y.flat[int(place * (y.size - 1))] = value
                 try:
@@ -61,13 +63,16 @@ def _either_way(case, reference, name, poisoned_array, put):
     affair: a number times nothing is then 0 or NaN."""
     if case.operation.name == "gram":                    # (D + D^T) H, or D H + D^T H
         return replace(case, free=tuple(np.isinf(y) for y in case.expected))
+    if case.operation.name == "gaussian_kernel":         # its points may be centred first
+        return replace(case, free=tuple(np.isfinite(y) for y in case.expected))
     if case.operation.name not in ("conv1d", "conv_transpose1d"):
         return case
     here = ~np.isfinite(poisoned_array)
     other = [as_tuple(reference(*put(np.where(here, value, poisoned_array)).arguments,
                                 **case.attributes)) for value in (1.0, 2.0)]
     backward = case.function.endswith("_backward")
-    free, expected = [], []
+    free: list[Any] = []
+    expected: list[Any] = []
     for number, (a, b, y) in enumerate(zip(*other, case.expected)):
         if y is None or not (name == "w" or (backward and number == 1)):
             free.append(None)
@@ -93,7 +98,7 @@ def ranges(call: Case, reference: Callable) -> Iterator[Case]:
         for name, x, put in every:
             for kind, sign in (("huge", 1.0), ("tiny", -1.0)):
                 scales = list(SCALES[one.precision] ** sign)
-                if x is not None and (sign < 0 or call.operation.name in CHOOSING):
+                if x is not None and call.operation.name in CHOOSING:
                     scales.insert(0, 0.0)                        # stands for the very end
                 end = 0.95 * limits.max if sign > 0 else limits.tiny / 50
                 for scale in scales:
@@ -115,7 +120,8 @@ def ranges(call: Case, reference: Callable) -> Iterator[Case]:
             case = _within(pair, reference, f"subnormal {name}, huge {other}{precision}", limits)
             if case is not None:
                 yield case
-        yield from beside(one, reference, APART[one.precision], precision)
+        far = APART[one.precision] if call.operation.whole_range else APART[one.precision][1:]
+        yield from beside(one, reference, far, precision)
 
 
 def beside(call: Case, reference: Callable, factors: Sequence[float] = (),

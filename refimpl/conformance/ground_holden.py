@@ -60,8 +60,10 @@ def decoders(rng: np.random.Generator) -> list[Sample]:
                          ("a batch of 33, odd frames", (33, 5, 8, 7, 25))):
         found.append(Sample(label, _sized(*sizes).inputs, large=True))
     H, W0, b0 = _sized(3, 3, 3, 5, 3).inputs
-    return found + [Sample("odd frames by chance", (H, W0, b0),
-                           {"chosen": rng.integers(2, size=H.shape)})]
+    return found + [Sample(label, (H, W0, b0), {"chosen": chosen}) for label, chosen in (
+        ("odd frames by chance", rng.integers(2, size=H.shape)),
+        ("the first frame by chance", np.zeros(H.shape, int)),
+        ("the second frame by chance", np.ones(H.shape, int)))]
 
 
 def decoders_2016(rng: np.random.Generator) -> list[Sample]:
@@ -132,7 +134,8 @@ def styles(rng: np.random.Generator) -> list[Sample]:
         return Sample("", (root @ root.swapaxes(1, 2), H))
     for reading in losses.READINGS:
         found += [Sample(f"{s.label}, {reading}", s.inputs, {"reading": reading}, large=s.large)
-                  for s in _along({"clips": 1, "units": 2, "frames": 3}, _sized)]
+                  for s in _along({"clips": 1, "units": 2, "frames": 3}, _sized)
+                  if s.inputs[1].shape[1] < LONG[-1]]
         G, H = _sized(3, 3, 5).inputs
         G[1], H[1] = 0.0, 0.0
         found.append(Sample(f"nothing to do in one clip, {reading}", (G, H), {"reading": reading}))
@@ -142,7 +145,7 @@ def styles(rng: np.random.Generator) -> list[Sample]:
                   Sample(f"s and {reading}", _sized(2, 3, 4).inputs,
                          {"reading": reading, "s": 3.0})]
     lopsided = n((2, 4, 4))
-    return found + [Sample("s unsaid", (G, H)),
+    return found + [Sample("s unsaid", (G, H)), Sample("no weight", (G, H), {"s": 0.0}),
                     Sample("a Gram matrix that is not symmetric", (lopsided, n((2, 4, 6))))]
 
 
@@ -219,6 +222,9 @@ def paths(rng: np.random.Generator, form: str = "weighed") -> list[Sample]:
         return Sample("", (_walk(rng, clips, frames, FEATURES if form == "weighed" else 73),),
                       {"wanted": rng.standard_normal((clips, 3, frames))})
     found = _along({"clips": 1, "frames": 3}, _sized)
+    sample = _sized(2, 4)
+    sample.inputs[0][1, 5, 2] = np.nan                           # not of the path
+    found.append(Sample("NaN in a joint", sample.inputs, sample.attributes))
     if form != "weighed":
         return found
     motion, wanted = _walk(rng, 2, 6), rng.standard_normal((2, 3, 6))
@@ -233,6 +239,13 @@ def paths(rng: np.random.Generator, form: str = "weighed") -> list[Sample]:
     return found + [Sample("one clip on its path", (motion,), {"wanted": equal})]
 
 
+def autoencoders_2016(rng: np.random.Generator) -> list[Sample]:
+    """Filters of two widths, whose numbers are no mean of one another's."""
+    n = rng.standard_normal
+    return [Sample(f"widths {a} and {b}", (n((2, 3, 8)), n((4, 3, a)), n(4), n((3, 4, b)), n(3)))
+            for a, b in ((3, 5), (7, 1))]
+
+
 def searches(rng: np.random.Generator) -> list[Sample]:
     """Each axis; the beginning and the end of a search."""
     n, found = rng.standard_normal, []
@@ -245,6 +258,9 @@ def searches(rng: np.random.Generator) -> list[Sample]:
     found = _along({"clips": 1, "units": 2, "frames": 3}, _sized)
     found.append(Sample("a Gram matrix that is not symmetric", (n((2, 3, 4)),), {
         "content": n((2, 3, 4)), "gram": n((2, 3, 3))}))
+    sample = _sized(2, 3, 4)
+    found += [Sample(f"amount {amount:g}", sample.inputs, {**sample.attributes, "amount": amount})
+              for amount in (0.0, 1.0)]
     for near in (1e-3, 1e-6):
         sample = _sized(2, 4, 6, near)
         found.append(Sample(f"{near:g} from the end", sample.inputs, sample.attributes))

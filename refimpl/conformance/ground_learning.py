@@ -17,9 +17,7 @@ def kernels(rng: np.random.Generator) -> list[Sample]:
     whole = 2.0 ** 26 + rng.integers(0, 9, (5, 3)) / 4
     found.append(Sample("near each other, far away", (whole, whole[::-1] + 0.25), {"gamma": 0.3},
                         firm=True))
-    return found + [Sample("a point at infinity", (np.where(np.eye(4, 3) > 0, np.inf, A), A),
-                           {"gamma": 1.0}),
-                    Sample("near each other far from zero", (A + 1e8, A + 1e8 + 1e-3 * n((4, 3))),
+    return found + [Sample("near each other far from zero", (A + 1e8, A + 1e8 + 1e-3 * n((4, 3))),
                            {"gamma": 2.0}),
                     Sample("very near", (A, A + 1e-9 * n((4, 3))), {"gamma": 1e17}),
                     Sample("tiny gamma", (A, n((3, 3))), {"gamma": 1e-12}),
@@ -91,7 +89,7 @@ def machines(rng: np.random.Generator) -> list[Sample]:
 def alphas(rng: np.random.Generator) -> list[Sample]:
     """Valleys whose floors are nearly equal, narrower than a step, beyond both ends; steps."""
     found = []
-    for samples in (2, 3, 4, 7, 12, 50):
+    for samples in (4, 7, 12, 50):
         roots = np.sort(rng.uniform(-0.3, 1.3, (9, 2)), axis=1)
         valleys = np.stack([np.polynomial.polynomial.polyfromroots([a, a, b, b])
                             for a, b in roots])

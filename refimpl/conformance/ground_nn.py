@@ -290,7 +290,7 @@ def adam(rng: np.random.Generator) -> list[Sample]:
     found = along({"elements": 5}, lambda elements: Sample("", _moments(elements), {"t": 3}),
                   (*SIZES, *LONG))
     found += [Sample(f"step {t}", _moments(7), {"t": t})
-              for t in (1, 2, 100, 1000, 12345, 10 ** 6, 10 ** 9)]
+              for t in (1, 2, 100, 1000, 1001, 3000, 12345, 10 ** 6, 10 ** 9)]
     p, g, m, v = _moments(6)
     found += [Sample("large gradients", (p, np.sign(g) * 1e19, 0 * m, 0 * v), {"t": 1}),
               Sample("no gradient, but moments", (p, 0 * g, m, v), {"t": 4}),

@@ -173,7 +173,7 @@ def matrices(rng: np.random.Generator) -> list[Sample]:
         v = sample.inputs[0]
         angle = np.linalg.norm(v, axis=1)
         below = v[angle <= np.pi - 1e-6]
-        if len(below):
+        if len(below) and angle.max() > 1e-16:           # of less nothing is left in a matrix
             found.append(Sample(sample.label, (learning.exponential_map(below),),
                                 large=sample.large, factors=(_steep(below),)))
     half = np.array([2 * np.outer(a, a) - np.eye(3) for a in (

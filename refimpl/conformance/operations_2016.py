@@ -75,7 +75,8 @@ def _one(f, arguments, samples, part, **rest):
 OPERATIONS = (
     _one(functions.encode, "X We be", _encode_samples, "encoder", ground=ground.encoders),
     _one(functions.decode, "H Wd bd", _decode_samples, "decoder", ground=ground.decoders_2016),
-    _one(functions.autoencoder_loss, "X We be Wd bd", _autoencoder_samples, "training", batched=()),
+    _one(functions.autoencoder_loss, "X We be Wd bd", _autoencoder_samples, "training", batched=(),
+         ground=ground.autoencoders_2016),
     _one(losses.foot_loss, "motion contacts", _foot_samples, "feet", batched=(0, 1)),
     _one(losses.bone_loss, "motion", _bone_samples, "bones",
          ground=lambda rng: ground.bones(rng, given=False, numbers=NUMBERS)),

@@ -96,8 +96,8 @@ def _trajectory_samples(rng):
 
 def _total_samples(rng):
     alike = {term.name: 2.0 for term in objective.EQUATION_10}
-    return [Sample(label, *ground_total.balanced(rng, reading, alike, frames=4)) for label, reading in (
-        ("plain", "norm"), ("means of squares", "mean_squares"))]
+    return [Sample(label, *ground_total.balanced(rng, reading, alike, frames=4)) for label,
+            reading in (("plain", "norm"), ("means of squares", "mean_squares"))]
 
 
 def _one(f, arguments, samples, equation, **rest):

@@ -244,6 +244,15 @@ def _another_segmentation(found, arguments, attributes):
     return "another segmentation that costs as little" if as_cheap else ""
 
 
+def _other_sign(found, arguments, attributes):
+    """Of half a turn v and -v are one rotation."""
+    (v,), (R,) = found, arguments
+    ours = rotation.log_map(R)
+    half = np.linalg.norm(ours, axis=-1) > np.pi - 1e-9
+    flipped = np.where((half & (np.sum(v * ours, axis=-1) < 0))[..., None], -v, v)
+    return "the other sign of half a turn" if np.allclose(flipped, ours, 1e-9, 1e-9) else ""
+
+
 def _one(f, arguments, samples, bad=list, part="", *, name="", **rest):
     definitions = learning if hasattr(learning, name or f.__name__) else plain
     return operation(f, arguments, definitions, samples, bad, part, name=name, batched=(),
@@ -283,7 +292,7 @@ OPERATIONS = (
          name="exponential_map",
          ground=ground.vectors),
     _one(rotation.log_map, "R", _matrix_samples, part="2006, section 3", name="rotation_vector",
-         tolerance=1e3, ground=ground.matrices),
+         tolerance=1e3, ground=ground.matrices, same=_other_sign),
     _one(functions.continuous_exponential_maps, "R reference", _continuous_samples,
          part="2006, section 3", tolerance=1e3, ground=ground.continuous),
     _one(observe.measures, "positions", _measure_samples, _bad_measures, "computed observer",

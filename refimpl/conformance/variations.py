@@ -74,6 +74,8 @@ def of_samples(operation: Operation, samples: Sequence[Sample], seed: int,
             smooth if profile > 1 else (smooth[-1], _most_axes(smooth)))))
         for call, reference, _ in calls if chosen else ():
             yield from _layouts(call, reference, sample, thorough)
+            if thorough and call.function.endswith("_backward"):
+                yield from _plain_upstream(call, reference)
             if thorough and operation.backward:
                 yield from _spread_out(call, reference)
             yield from _promises(call, reference, others, thorough)
@@ -99,7 +101,7 @@ def of_ground(operation: Operation, samples: Iterable[Sample], seed: int) -> Ite
             for case in _own_memory(call, reference) if not sample.large else ():
                 yield replace(case, core=False)
             plain = sample.smooth and not (sample.large or sample.exact or sample.firm)
-            if number % APART == 0 and operation.batched and plain:
+            if number % APART == 0 and operation.whole_range and operation.batched and plain:
                 yield from beside(call, reference)
 
 
@@ -180,9 +182,17 @@ def _promises(call, reference, others, thorough):
             yield _promise(found, promise + precision, others=other)
 
 
-def _own_memory(call, reference):
+def _own_memory(call, reference, kind="memory of its own"):
     for one, precision in precisions(call):
-        yield _promise(answered(one, reference, ""), "memory of its own" + precision)
+        yield _promise(answered(one, reference, ""), kind + precision)
+
+
+def _plain_upstream(call, reference):
+    """Where a factor comes to 1, the argument itself would be the answer."""
+    for factor in (1.0, 0.5):
+        one = replace(call, id=f"{call.id}/upstream of {factor:g}", arguments=(
+            np.full_like(call.arguments[0], factor), *call.arguments[1:]))
+        yield from _own_memory(one, reference)
 
 
 def _promise(found, kind, **changes):

@@ -65,7 +65,8 @@ class Yardstick:
     @np.errstate(all="ignore")
     def _moved_far(self):
         reference, arguments, attributes = self._call
-        rng, most = np.random.default_rng(0), [0.0] * len(self._expected)
+        rng = np.random.default_rng(0)
+        most: list[Any] = [0.0] * len(self._expected)
         for _ in range(FAR_MOVES):
             moved = [_by(rng.uniform(-0.5, 0.5, np.shape(v)) * self._digit, v) for v in (
                 *cast(arguments, np.float64), *cast(attributes.values(), np.float64))]

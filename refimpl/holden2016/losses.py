@@ -47,7 +47,7 @@ def foot_loss(motion: np.ndarray, contacts: np.ndarray) -> np.ndarray:
               + 10 mean min(y, 0)^2 ]
 
     with v of equation 7, means over 4 feet and T - 1 steps, whether planted or not, and heights y
-    of frames 1 to T - 1. Equation 7 has no floor term.
+    of frames 1 to T - 1; one frame makes no step and costs nothing. Equation 7 has no floor term.
 
     motion : (N, 73, T), as `rows` has it: the turning has the other sign than in 2017
     contacts : (N, 4, T) of 0 and 1, constants

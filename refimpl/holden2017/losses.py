@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .. import nn
-from ..motion.features import FEATURES, FORWARD, POSITIONS, SIDEWAYS, TURN, VELOCITIES
+from ..motion.features import FORWARD, POSITIONS, SIDEWAYS, TURN, VELOCITIES
 from ..motion.joints import BONES, FEET, JOINTS
 from ..nn.arguments import check_whole
 from ..nn.sums import power_of_two
@@ -158,10 +158,8 @@ def foot_loss(motion: np.ndarray, contacts: np.ndarray, *, target: Any = 0.0) ->
         sum over feet j and frames in contact of || v_r + omega x p_j + v_j - r' ||^2
 
     motion : (N, 66, T) denormalised;  contacts : (N, 4, T) of 0 and 1, constants;  target : r', the
-    velocity that a planted foot should have, 0 or broadcastable to (N, 4, 3, T-1). v is that of
-    `foot_velocities`, from each frame to the next; contact, turn and p_j are the first frame's.
-    ->  (N,), length^2 / frame^2; a frame without contact counts 0 times its velocity, so that NaN
-    shows there too
+    velocity that a planted foot should have, 0 or broadcastable to (N, 4, 3, T-1)
+    ->  (N,), length^2 / frame^2. A step has the contact, turn and p_j of its first frame.
 
     >>> still = np.zeros((1, 66, 3))
     >>> foot_loss(still, np.ones((1, 4, 3))), foot_loss(still, np.ones((1, 4, 3)), target=1.0)
@@ -219,8 +217,7 @@ def _bone_errors(motion, lengths, bones):
     (N, 20, T)."""
     p = joint_positions(motion)
     if np.shape(lengths) != (len(bones),):
-        raise ValueError(f"lengths: found shape {np.shape(lengths)}, needed ({len(bones)},), one "
-                         "for each bone")
+        raise ValueError(f"lengths: found shape {np.shape(lengths)}, needed ({len(bones)},)")
     j1, j2 = np.array(bones).T
     direction, found = _unit_vectors(p[:, j1] - p[:, j2])
     return direction, found - np.asarray(lengths, dtype=motion.real.dtype)[:, None]
@@ -254,24 +251,19 @@ def trajectory_loss(motion: np.ndarray, wanted: np.ndarray, *,
     >>> trajectory_loss(np.zeros((1, 66, 1)), np.array([[[1.0], [2.0], [0.0]]]), turn_weight=10.0)
     array([14.])
     """
-    return nn.sum_squares(_trajectory_scale(motion, turn_weight) * _off_the_path(motion, wanted))
+    return nn.sum_squares(_off_the_path(motion, wanted, turn_weight)[1])
 
 
 def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray, wanted: np.ndarray, *,
                              turn_weight: float = 1.0) -> np.ndarray:
     """Only the three velocities have a part in it.   dloss : (N,)  ->  dmotion (N, 66, T)"""
-    root = _trajectory_scale(motion, turn_weight)
+    root, error = _off_the_path(motion, wanted, turn_weight)
     dmotion = np.zeros_like(motion)
-    dmotion[:, VELOCITIES] = root * nn.sum_squares_backward(
-        dloss, root * _off_the_path(motion, wanted))
+    dmotion[:, VELOCITIES] = root * nn.sum_squares_backward(dloss, error)
     return dmotion
 
 
-def _off_the_path(motion, wanted):
-    return motion[:, VELOCITIES] - np.asarray(wanted, dtype=motion.real.dtype)
-
-
-def _trajectory_scale(motion, turn_weight):
-    scale = np.ones((FEATURES - TURN, 1), dtype=motion.real.dtype)
-    scale[0] = np.sqrt(turn_weight)
-    return scale
+def _off_the_path(motion, wanted, turn_weight):
+    """Roots of the weights (3, 1), weighed errors (N, 3, T)."""
+    root = np.sqrt(np.array([[turn_weight], [1], [1]], dtype=motion.real.dtype))
+    return root, root * (motion[:, VELOCITIES] - np.asarray(wanted, dtype=motion.real.dtype))

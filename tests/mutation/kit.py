@@ -11,8 +11,10 @@ import argparse
 import ast
 import copy
 import importlib
+import os
 from pathlib import Path
 import random
+import signal
 import sys
 import types
 
@@ -28,6 +30,7 @@ SWAPS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mul
          ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq,
          ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.And: ast.Or, ast.Or: ast.And,
          ast.In: ast.NotIn, ast.NotIn: ast.In, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd}
+LIMIT = 300                                                      # seconds for one mutant
 NAMES = {"max": "min", "min": "max", "sum": "mean", "maximum": "minimum", "minimum": "maximum",
          "argmax": "argmin", "zeros": "ones", "zeros_like": "ones_like", "sqrt": "abs",
          "isnan": "isinf"}
@@ -133,6 +136,25 @@ def convicted(module, tree):
     return ""
 
 
+def in_a_child(judge, module, tree):
+    """What `judge` says; a mutant may spoil the memory, or never end."""
+    read, write = os.pipe()
+    child = os.fork()
+    if not child:
+        signal.alarm(LIMIT)
+        try:
+            with np.errstate(all="ignore"):
+                os.write(write, judge(module, tree).encode()[:1000])
+        except BaseException as error:
+            os.write(write, f"spoils the judge: {error}".encode()[:1000])
+        os._exit(0)
+    os.close(write)
+    with os.fdopen(read, "rb") as file:
+        told = file.read().decode()
+    _, status = os.waitpid(child, 0)
+    return told or (f"ends its process ({status})" if status else "")
+
+
 def main(argv=None):
     """Draw mutants, judge each, print those that survive and the share that does not."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -155,8 +177,7 @@ def main(argv=None):
         before = ast.unparse(copy.deepcopy(node))
         change(node, what, rng)
         judged += 1
-        with np.errstate(all="ignore"):
-            told = convicted(module, tree)
+        told = in_a_child(convicted, module, tree)
         if not told:
             survivors.append(f"{module.__name__}:{node.lineno}: {before}  ->  {ast.unparse(node)}")
             print("survives", survivors[-1], flush=True)
