@@ -264,6 +264,5 @@ def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray, wanted: np.n
 
 
 def _off_the_path(motion, wanted, turn_weight):
-    """Roots of the weights (3, 1), weighed errors (N, 3, T)."""
     root = np.sqrt(np.array([[turn_weight], [1], [1]], dtype=motion.real.dtype))
     return root, root * (motion[:, VELOCITIES] - np.asarray(wanted, dtype=motion.real.dtype))
