@@ -176,6 +176,15 @@ def feet(rng: np.random.Generator) -> list[Sample]:
                     Sample("contacts as numbers", (motion, contacts.astype(float)))]
 
 
+def feet_2016(rng: np.random.Generator) -> list[Sample]:
+    """The 73 numbers: clips and frames, NaN in a clip without contact."""
+    found = _along({"clips": 1, "frames": 3}, lambda clips, frames: Sample("", (
+        _walk(rng, clips, frames, 73), rng.random((clips, 4, frames)) < 0.6)))
+    motion, contacts = _walk(rng, 2, 5, 73), np.zeros((2, 4, 5), bool)
+    motion[1, 12, 2], contacts[0] = np.nan, True
+    return found + [Sample("NaN in a clip without contact", (motion, contacts), smooth=False)]
+
+
 def feet_with_targets(rng: np.random.Generator) -> list[Sample]:
     """The targets of equation 7 in all their forms."""
     found = []

@@ -46,7 +46,10 @@ def kernel_ridges(rng: np.random.Generator) -> list[Sample]:
         A = n((examples, 2))
         found.append(Sample(f"{examples} examples, {targets} targets, ridge {ridge:g}", (
             plain.gaussian_kernel(A, A, gamma=0.5), n((examples, targets))), {"ridge": ridge}))
-    return found
+    K, few = n((6, 6)), n((6, 2))
+    return found + [Sample("a kernel of low rank, hardly a ridge", (few @ few.T, n((6, 3))),
+                           {"ridge": 1e-7}),
+                    Sample("a kernel that is not positive", (K + K.T, n((6, 3))), {"ridge": 0.3})]
 
 
 def golden(rng: np.random.Generator) -> list[Sample]:
@@ -83,7 +86,11 @@ def machines(rng: np.random.Generator) -> list[Sample]:
     A[[1, 5]], y = A[[0, 4]], rng.standard_normal(8)
     return found + [Sample("examples met twice", (
         plain.gaussian_kernel(A, A, gamma=0.5), y, plain.gaussian_kernel(new, A, gamma=0.5)),
-        {"C": 10.0, "epsilon": 0.1}, factors=(1.0, 1e3))]
+        {"C": 10.0, "epsilon": 0.1}, factors=(1.0, 1e3)),
+        Sample("a tiny box, a large kernel", (
+            1e6 * plain.gaussian_kernel(A, A, gamma=0.5), y,
+            1e6 * plain.gaussian_kernel(new, A, gamma=0.5)),
+            {"C": 1e-5, "epsilon": 0.1}, factors=(1.0, 1e3))]
 
 
 def alphas(rng: np.random.Generator) -> list[Sample]:
@@ -98,6 +105,10 @@ def alphas(rng: np.random.Generator) -> list[Sample]:
     falling = np.array([[0.0, -1, 0], [0, 1, 0], [0, -1, 1], [0, -4, 1], [0, 1, 1]])
     narrow = np.stack([np.polynomial.polynomial.polyfromroots([a, a, a, a, 3.0, 3.0])
                        for a in rng.uniform(-0.2, 1.2, 5)])
+    between = np.polynomial.polynomial.polyfromroots([0.5, 0.5, 1.2, 1.2])[None]
+    between[:, :2] += [-0.0012, 0.001]                   # the lower floor is the one that 4 miss
+    found += [Sample(f"a valley between samples, {samples} of them", (between,),
+                     {"samples": samples}) for samples in (4, 13)]
     return found + [Sample("minima at and beyond the ends", (falling,)),
                     Sample("of the sixth degree", (narrow * 50,)),
                     Sample("one", (falling[2:3],))]
