@@ -132,8 +132,8 @@ def _golden_cases(folder, operations):
 
 def _functions(operations):
     """What is judged of some operations.   ->  set of str"""
-    return {function for operation in (OPERATIONS[name] for name in operations) for function in (
-        operation.name, *([f"{operation.name}_backward"] if operation.backward else ()))}
+    return {function for function in reference().functions
+            if function.removesuffix("_backward") in operations}
 
 
 def _required(text, there):

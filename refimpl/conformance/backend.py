@@ -145,7 +145,7 @@ def as_backend(thing: Any, name: str = "backend", loaded: bool = False) -> Backe
                            "callables") from None
     tolerances = _tolerances(name, offered.pop("tolerances", {}))
     lacks = offered.pop("lacks", ())
-    wrong = mistake(lacks, known, _arguments())
+    wrong = mistake(lacks, known, _arguments()) if lacks != () else ""
     if wrong:
         raise BackendError(f"{name}: {wrong}")
     functions = {key: value for key, value in offered.items() if key in known}

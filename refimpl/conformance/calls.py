@@ -13,9 +13,8 @@ from .specification import Operation, as_tuple, cast, cast_attributes
 from .yardstick import Yardstick, of_rows
 
 LEAST = 1e-9              # of an output's largest element, what an element is taken to sum
-# last digits that an element may be off in such a profile
-OF_FILTERS = 1e-2                                                # the same for their gradients
-COARSE = 4.0
+OF_FILTERS = 1e-2                                      # the same for the gradient of a filter
+COARSE = 4.0                        # last digits that an element may be off where there are few
 EXACT = 1e-15                                         # where a rule decides and nothing is rounded
 
 
@@ -34,8 +33,7 @@ class Case:
     factors : on the tolerance of each output;  single : in float32;  seed : of the inputs
     digits : the last digit of what a profile lets be multiplied, 0 for the precision's own
     free : for each output where NaN is as good as the expected number
-    core : whether it is of the operation's own samples;  folder : of the golden vectors that it was
-    read from, if it was
+    folder : of the golden vectors that it was read from, if it was
     """
 
     id: str
@@ -56,7 +54,6 @@ class Case:
     folder: str = ""
     single: bool = False
     factors: tuple[float, ...] = ()
-    core: bool = True
     digits: float = 0.0
     free: tuple = field(repr=False, default=())
 

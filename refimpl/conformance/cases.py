@@ -6,7 +6,7 @@ import functools
 from typing import Any
 
 from .backend import OPERATIONS, as_backend, meant
-from .calls import EXACT, Case  # noqa: F401
+from .calls import Case
 from .specification import Operation
 from .variations import (COARSE, generator, ground_of, in_float32, of_coarse, of_ground,
                          of_samples)

@@ -25,7 +25,8 @@ from .. import __version__
 from ..nn.conventions import CONVENTIONS
 from ..storage import FormatError, atomic_write, read_arrays
 from .backend import LOOSEST, OPERATIONS, TOLERANCES, nearest, reference
-from .cases import EXACT, Case, cases
+from .calls import EXACT, Case
+from .cases import cases
 
 FORMAT, VERSION = "golden vectors", 2
 KEYS = {"id": str, "operation": str, "function": str, "equation": str, "precision": str,

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 
 from ..holden2017 import losses, networks, objective
-from ..motion.features import FEATURES, POSITIONS, TRANSLATION, TURN, VELOCITIES
-from ..motion.joints import BONES
+from ..motion.features import (FEATURES, POSITIONS, TRANSLATION, TURN, VELOCITIES,
+                               bone_lengths_by_frame)
+from ..motion.joints import BONES, JOINTS
 from .specification import Sample
 
 
@@ -54,7 +55,8 @@ def balanced(rng: np.random.Generator, reading: str, wished: dict[str, float], c
     away["trajectory"][:, 0] *= 0.01
     away["gram"] += away["gram"].swapaxes(1, 2)
     gram = H @ H.swapaxes(1, 2)
-    lengths = np.abs(losses._bone_errors(motion, np.zeros(len(BONES)), BONES)[1]).mean(axis=(0, 2))
+    frames_of_all = losses.joint_positions(motion).transpose(0, 3, 1, 2).reshape(-1, JOINTS, 3)
+    lengths = bone_lengths_by_frame(frames_of_all).mean(axis=0)
     made: dict[str, Any] = {"hidden": H, "gram": gram, "bones": lengths,
                             "trajectory": motion[:, VELOCITIES]}
 

@@ -54,9 +54,8 @@ def failures(outcomes: Sequence[Any], most: int = 10) -> list[str]:
     for cause in found[:most]:
         lines += ["", str(cause), *cause.outcomes[0].message.splitlines()]
     lines += ["", *map(str, found[most:])] if found[most:] else []
-    absent = Counter(str(o.expected) for o in outcomes if o.grade == "not offered")
-    return lines + (["", "not offered by the backend: " + ", ".join(sorted(absent))] if absent
-                    else [])
+    absent = sorted({str(o.expected) for o in outcomes if o.grade == "not offered"})
+    return lines + (["", "not offered by the backend: " + ", ".join(absent)] if absent else [])
 
 
 def verdict(outcomes: Sequence[Any], required: Iterable[str] = ()) -> str:

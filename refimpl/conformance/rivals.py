@@ -15,6 +15,7 @@ from ..holden2017 import losses
 from ..motion.joints import FEET
 from . import definitions_nn as definitions, rivals_2016, rivals_forms, rivals_torresani
 from .operations_nn import adam_of_one_array
+from .rivals_forms import flipped, flipped_backward
 
 Function = Callable[..., Any]
 
@@ -81,21 +82,6 @@ def larger_half_left(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, 
         zeros = dilation * (w.shape[2] - 1)
         padding = (zeros - zeros // 2, zeros // 2)
     return nn.conv1d(x, w, b, padding=padding, dilation=dilation, **attributes)
-
-
-def flipped(function: Function) -> Function:
-    """A convolution proper: the filters reversed in time."""
-    return lambda first, w, *rest, **attributes: function(
-        first, np.ascontiguousarray(w[:, :, ::-1]), *rest, **attributes)
-
-
-def flipped_backward(function: Function) -> Function:
-    """The gradient of `flipped`."""
-    def _backward(d, first, w, *rest, **attributes):
-        d_first, dw, db = function(d, first, np.ascontiguousarray(w[:, :, ::-1]), *rest,
-                                   **attributes)
-        return d_first, dw[:, :, ::-1], db
-    return _backward
 
 
 def mean_over(axes: Sequence[int], index: int, function: Function) -> Function:

@@ -11,6 +11,7 @@ from ..holden2016 import losses, network
 from ..holden2016.rows import TURN
 from ..holden2017 import losses as losses_2017
 from . import functions_2016 as ours
+from .rivals_forms import FLIPPED, flipped
 
 
 def kinks_of_theano(dH: np.ndarray, X: np.ndarray, We: np.ndarray, be: np.ndarray, *,
@@ -36,12 +37,6 @@ def depooled_by_repetition(H: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *,
                            kept: np.ndarray | None = None) -> np.ndarray:
     """A decoder whose average-depooling repeats each value and does not halve it."""
     return ours.decode(2 * H if chosen is None else H, Wd, bd, chosen=chosen, kept=kept)
-
-
-def with_flipped_filters(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The filters as Theano has them, used without reversing them."""
-    return lambda x, W, b, **attributes: function(x, np.ascontiguousarray(W[:, :, ::-1]), b,
-                                                  **attributes)
 
 
 def one_sparsity(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray,
@@ -90,11 +85,11 @@ def weights_not_divided(H: np.ndarray, *, content: np.ndarray, gram: np.ndarray,
 RIVALS: dict[str, list[tuple[str, Callable[..., Any]]]] = {
     "encode_2016": [
         ("a dropout that does not divide by 0.75", not_divided(ours.encode)),
-        ("the filters as Theano has them, not reversed", with_flipped_filters(ours.encode))],
+        (FLIPPED, flipped(ours.encode))],
     "encode_2016_backward": [("Theano's kinks: relu'(0) = 1, ties to all", kinks_of_theano)],
     "decode_2016": [
         ("depooling by repetition, without the half", depooled_by_repetition),
-        ("the filters as Theano has them, not reversed", with_flipped_filters(ours.decode))],
+        (FLIPPED, flipped(ours.decode))],
     "autoencoder_loss_2016": [("one weight of 0.01 for both filters", one_sparsity)],
     "foot_loss_2016": [
         ("the feet without the floor term", without_the_floor),

@@ -28,13 +28,13 @@ def over_clips(function: Function, what: Callable[[np.ndarray], Any]) -> Functio
     return lambda *arrays, **attributes: np.asarray(what(function(*arrays, **attributes)))
 
 
-def reversed_filters(function: Function) -> Function:
-    """A network whose filters are reversed in time before it uses them."""
+def flipped(function: Function) -> Function:
+    """A convolution proper, or a network of such: the filters reversed in time."""
     return lambda x, *arrays, **attributes: function(x, *map(_reversed, arrays), **attributes)
 
 
-def reversed_filters_backward(function: Function) -> Function:
-    """The gradient of `reversed_filters`."""
+def flipped_backward(function: Function) -> Function:
+    """The gradient of `flipped`."""
     def _backward(d, x, *arrays, **attributes):
         dx, *gradients = function(d, x, *map(_reversed, arrays), **attributes)
         return dx, *map(_reversed, gradients)
@@ -61,9 +61,9 @@ for _name, _forward, _backward in (
         ("encode", functions_holden.encode, functions_holden.encode_backward),
         ("decode", functions_holden.decode, functions_holden.decode_backward),
         ("transform", functions_holden.transform, functions_holden.transform_backward)):
-    RIVALS[_name] = [(FLIPPED, reversed_filters(_forward))]
-    RIVALS[f"{_name}_backward"] = [(FLIPPED, reversed_filters_backward(_backward))]
-RIVALS["encode_2016_backward"] = [(FLIPPED, reversed_filters_backward(
+    RIVALS[_name] = [(FLIPPED, flipped(_forward))]
+    RIVALS[f"{_name}_backward"] = [(FLIPPED, flipped_backward(_backward))]
+RIVALS["encode_2016_backward"] = [(FLIPPED, flipped_backward(
     functions_2016.encode_backward))]
-RIVALS["decode_2016_backward"] = [(FLIPPED, reversed_filters_backward(
+RIVALS["decode_2016_backward"] = [(FLIPPED, flipped_backward(
     functions_2016.decode_backward))]

@@ -96,10 +96,9 @@ def of_ground(operation: Operation, samples: Iterable[Sample], seed: int) -> Ite
     rng = generator(operation, seed + 3)
     for number, sample in enumerate(samples):
         for call, reference, known in _calls(operation, sample, rng, seed):
-            for case in _values(call, reference, known, sample):
-                yield replace(case, core=False)
-            for case in _own_memory(call, reference) if not sample.large else ():
-                yield replace(case, core=False)
+            yield from _values(call, reference, known, sample)
+            if not sample.large:
+                yield from _own_memory(call, reference)
             plain = sample.smooth and not (sample.large or sample.exact or sample.firm)
             if number % APART == 0 and operation.whole_range and operation.batched and plain:
                 yield from beside(call, reference)
@@ -107,12 +106,10 @@ def of_ground(operation: Operation, samples: Iterable[Sample], seed: int) -> Ite
 
 def in_float32(call: Case) -> Case | None:
     """The same call in single precision, None where the arguments have none."""
-    arguments = cast(call.arguments, np.float32)
     kinds = {x.dtype for x in call.arguments if isinstance(x, np.ndarray) and x.dtype.kind == "f"}
     if kinds != {np.dtype(float)}:
         return None
-    return replace(call, id=f"{call.id}, float32", single=True, arguments=arguments,
-                   attributes=cast_attributes(call.attributes, np.float32))
+    return replace(in_single(call), id=f"{call.id}, float32")
 
 
 def _calls(operation, sample, rng, seed):
@@ -183,9 +180,9 @@ def _promises(call, reference, others, thorough):
             yield _promise(found, promise + precision, others=other)
 
 
-def _own_memory(call, reference, kind="memory of its own"):
+def _own_memory(call, reference):
     for one, precision in precisions(call):
-        yield _promise(answered(one, reference, ""), kind + precision)
+        yield _promise(answered(one, reference, ""), "memory of its own" + precision)
 
 
 def _plain_upstream(call, reference):

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..gradcheck.difference import largest
-from .specification import as_tuple, cast, cast_attributes
+from .specification import as_tuple, cast
 
 FAR_MOVES = 12                                  # of numbers that have fewer digits
 MOVES, SHARE, FARTHEST = 5, 1e-11, 1e5         # draws; delta; of the distribution, the tails' end
@@ -63,42 +63,36 @@ class Yardstick:
                      for own, size in zip(self.least, moved))
 
     @np.errstate(all="ignore")
-    def _moved_far(self):
+    def _outputs(self, times, draw):
+        """The reference's outputs, each time with every input moved by a share that `draw` makes of
+        its shape."""
         reference, arguments, attributes = self._call
+        for _ in range(times):
+            moved = [v * (1 + draw(v.shape)) if isinstance(v, np.ndarray) and v.dtype.kind == "f"
+                     else v for v in cast((*arguments, *attributes.values()), np.float64)]
+            yield as_tuple(reference(*moved[:len(arguments)],
+                                     **dict(zip(attributes, moved[len(arguments):]))))
+
+    @np.errstate(all="ignore")
+    def _moved_far(self):
         rng = np.random.default_rng(0)
         most: list[Any] = [0.0] * len(self._expected)
-        for _ in range(FAR_MOVES):
-            moved = [_by(rng.uniform(-0.5, 0.5, np.shape(v)) * self._digit, v) for v in (
-                *cast(arguments, np.float64), *cast(attributes.values(), np.float64))]
-            outputs = as_tuple(reference(*moved[:len(arguments)],
-                                         **dict(zip(attributes, moved[len(arguments):]))))
+        for outputs in self._outputs(FAR_MOVES, lambda shape: self._digit * rng.uniform(
+                -0.5, 0.5, shape)):
             most = [None if y is None else np.maximum(far, np.abs(z - y) / self._digit)
                     for far, y, z in zip(most, self._expected, outputs)]
         return most
 
     @np.errstate(all="ignore")
     def _moved(self):
-        reference, arguments, attributes = self._call
-        arguments = cast(arguments, np.float64)
-        attributes = cast_attributes(attributes, np.float64)
-        rng, found = np.random.default_rng(0), []
-        for _ in range(MOVES):
-            def _move(values):
-                return tuple(
-                    v * (1 + SHARE * np.clip(rng.standard_cauchy(v.shape), -FARTHEST, FARTHEST))
-                    if isinstance(v, np.ndarray) and v.dtype.kind == "f" else v for v in values)
-            outputs = as_tuple(reference(*_move(arguments),
-                                         **dict(zip(attributes, _move(attributes.values())))))
-            found.append([0.0 if y is None else np.where(
-                np.isfinite(y) & np.isfinite(z), np.abs(z - y), 0.0) / SHARE
-                for y, z in zip(self._expected, outputs)])
+        rng = np.random.default_rng(0)
+        found = [[0.0 if y is None else np.where(
+            np.isfinite(y) & np.isfinite(z), np.abs(z - y), 0.0) / SHARE
+            for y, z in zip(self._expected, outputs)]
+            for outputs in self._outputs(MOVES, lambda shape: SHARE * np.clip(
+                rng.standard_cauchy(shape), -FARTHEST, FARTHEST))]
         return [np.median(np.stack(column), axis=0) if np.ndim(column[0]) else
                 float(np.median(column)) for column in zip(*found)]
-
-
-def _by(share, value):
-    is_float = isinstance(value, np.ndarray) and value.dtype.kind == "f"
-    return value * (1 + share) if is_float else value
 
 
 def of_rows(sizes: np.ndarray) -> np.ndarray:

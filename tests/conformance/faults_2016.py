@@ -71,7 +71,7 @@ FAULTS = (
     ("2016: Theano's kinks", "encode_2016_backward", rivals.kinks_of_theano),
     ("2016: depooling by repetition", "decode_2016", rivals.depooled_by_repetition),
     ("2016: the decoder's filters flipped", "decode_2016",
-     rivals.with_flipped_filters(ours.decode)),
+     rivals.flipped(ours.decode)),
     ("2016: the decoder's bias subtracted, as where it is tied", "decode_2016", lambda H, W, b,
      **k: ours.decode(H, W, -b, **k)),
     ("2016: the choice forgotten in the decoder's gradient", "decode_2016_backward",
