@@ -29,11 +29,10 @@ PARTS = {
     "total_loss": ("transform", "encode", "content_loss", "style_loss", "foot_loss", "bone_loss",
                    "trajectory_loss"),
     "search_loss_2016": ("gram", "mean_squares"), "max_pool1d": ("max_pool1d_indices",),
-    "dtw_path": ("dtw_cost",), "content_clusters": ("dtw_cost",),
+    "dtw_path": ("dtw_cost",), "one_stage_segmentation": ("dtw_cost",),
     "continuous_exponential_maps": ("rotation_vector",),
-    "space_time_interpolation": ("dtw_path",), "support_vector_regression": ("gaussian_kernel",),
-    "kernel_ridge": ("gaussian_kernel",), "one_stage_segmentation": ("dtw_cost",),
-    "predicted_style": ("principal_components", "linear_ridge", "kernel_ridge"),
+    "predicted_style": ("gaussian_kernel", "linear_ridge", "kernel_ridge",
+                        "support_vector_regression"),
     "best_alpha": ("golden_section",)}
 KIND = re.compile(r"(, float32|, .* alone| apart|, [A-Za-z_0-9 ]+$)")
 # of a function's calls: then it is all of it
@@ -77,7 +76,7 @@ def causes(outcomes: Sequence[Any]) -> list[Cause]:
 
     list of Outcome  ->  list of Cause
     """
-    wrong = {o.case.function for o in outcomes if o.status == "failed"}
+    wrong = {o.case.function for o in outcomes if o.grade in ("wrong", "convention")}
     found = []
     for function, group in groupby(sorted(outcomes, key=lambda o: o.case.function),
                                    key=lambda o: o.case.function):

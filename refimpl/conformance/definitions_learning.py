@@ -229,5 +229,5 @@ def effort_measures(positions: np.ndarray, *, fps: float) -> np.ndarray:
         differences.append(np.array([(last[t + 1] - last[t]) * fps for t in range(len(last) - 1)]))
     lengths = [[[math.sqrt(distance(x, [0, 0, 0])) for x in frame] for frame in difference]
                for difference in differences[1:]]
-    energy = max(0.5 * sum(v * v for v in frame) for frame in lengths[0])
+    energy = np.max([0.5 * sum(v * v for v in frame) for frame in lengths[0]])
     return np.array([energy] + [sum(map(sum, frames)) / (len(frames) * J) for frames in lengths])

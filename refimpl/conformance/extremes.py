@@ -19,7 +19,7 @@ SCALES = {"float32": 10.0 ** np.array([35, 30, 25, 17, 12, 6]),
 # What sums has some room left below the largest number; what chooses needs none.
 CHOOSING = ("relu", "max_pool1d", "max_pool1d_indices", "max_unpool1d", "random_depool1d",
             "avg_depool1d")
-NATURAL = "gaussian_kernel", "exponential_map"                 # float64 alone, yet nothing searched
+NATURAL = "gaussian_kernel", "exponential_map", "effort_measures"    # float64 alone, not searched
 APART = {"float32": (1e22, 1e6), "float64": (1e160, 1e50)}  # a clip or channel from its neighbour
 
 
@@ -112,16 +112,24 @@ def ranges(call: Case, reference: Callable) -> Iterator[Case]:
         floats = [place for place in places if place[0] in one.names]
         for (name, x, put), (other, y, _) in zip(floats,
                                                  floats[1:]) if call.operation.whole_range else ():
-            small = put(_times(_times(x, 1 / (largest(x) or 1.0)), float(limits.tiny / 50)))
             at = one.names.index(other)
+            little = limits.tiny / 50 * (1e6 if _shared(one) else 1.0)
+            small = put(_times(_times(x, 1 / (largest(x) or 1.0)), float(little)))
             pair = replace(small, arguments=tuple(
                 _times(v, SCALES[one.precision][1]) if i == at else v
                 for i, v in enumerate(small.arguments)))
-            case = _within(pair, reference, f"subnormal {name}, huge {other}{precision}", limits)
+            case = _within(pair, reference, f"{'very small' if _shared(one) else 'subnormal'} "
+                           f"{name}, huge {other}{precision}", limits)
             if case is not None:
                 yield case
         far = APART[one.precision] if call.operation.whole_range else APART[one.precision][1:]
         yield from beside(one, reference, far, precision)
+
+
+def _shared(call):
+    """Whether an upstream gradient is divided by a number of elements, which may be done first."""
+    return (call.operation.name in ("mean_squares", "squared_error", "absolute_error")
+            and call.attributes.get("reduction", "mean") == "mean")
 
 
 def beside(call: Case, reference: Callable, factors: Sequence[float] = (),

@@ -48,13 +48,18 @@ def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, r
 
     1. The path's steps in p, and in q, are smoothed by scipy.ndimage.gaussian_filter1d(steps,
        smooth), scaled to sum to P - 1 and Q - 1, and summed up again.
-    2. T = round((1 - alpha) P + alpha Q), half to even. Frame t asks each sequence for its place on
-       the path where its own frame is t (P - 1) / (T - 1), of a stretch that waits the middle, and
-       the two places are blended by alpha.
+    2. T = round((1 - alpha) P + alpha Q), half to even, and no fewer than half of the shorter
+       sequence, rounded up, and 2. Frame t asks each sequence for its place on the path where its
+       own frame is t (P - 1) / (T - 1), of a stretch that waits the middle, and the two places are
+       blended by alpha, held within the path and never running backwards; the first and the last
+       frame lie at its ends.
     3. At that place p and q are read off the path and both sequences between frames, linearly;
-       angles, heights and headings are blended by alpha.
+       angles, heights and headings are blended by alpha, the headings of Y moved before by whole
+       turns so that its first is the nearest to the first of X.
     4. Steps over the ground are turned out of their own heading where they begin, blended, and
-       turned into the blended heading; the first place is the blend of both first places.
+       turned into the blended heading; the first place is the blend of both first places. A turn
+       by h takes (x, z) to (x cos h + z sin h, z cos h - x sin h) where y is up, and (x, y) to
+       (x cos h - y sin h, x sin h + y cos h) where z is.
 
     X : (P, D), Y : (Q, D), radians;  root_X : (P, 4), root_Y : (Q, 4): x, y, z (length) and heading
     (radians);  path : (L, 2);

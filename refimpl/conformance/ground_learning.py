@@ -34,8 +34,12 @@ def ridges(rng: np.random.Generator) -> list[Sample]:
                                  (64, 16, 3), (129, 5, 2), (17, 65, 2))]
     Z, Y = n((9, 3)), n((9, 2))
     return found + [Sample("a large ridge", (Z, Y), {"ridge": 1e4}),
-                    Sample("columns of uneven size", (Z * [1.0, 1e3, 1e-3], Y), {"ridge": 0.1}),
-                    Sample("no ridge to speak of", (Z, Y), {"ridge": 1e-6})]
+                    Sample("columns of uneven size", (Z * [1.0, 1e3, 1e-3], Y), {"ridge": 0.1},
+                           factors=(1e3,)),
+                    Sample("no ridge to speak of", (Z, Y), {"ridge": 1e-6}),
+                    Sample("a weak column, a weaker ridge", (np.array(
+                        [[1.0, 1], [1, -1], [1, 1], [1, -1]]) * [1.0, 2.0 ** -33], n((4, 2))),
+                        {"ridge": 2.0 ** -70}, factors=(1e3,))]
 
 
 def kernel_ridges(rng: np.random.Generator) -> list[Sample]:
@@ -47,8 +51,12 @@ def kernel_ridges(rng: np.random.Generator) -> list[Sample]:
         found.append(Sample(f"{examples} examples, {targets} targets, ridge {ridge:g}", (
             plain.gaussian_kernel(A, A, gamma=0.5), n((examples, targets))), {"ridge": ridge}))
     K, few = n((6, 6)), n((6, 2))
+    turned, _ = np.linalg.qr(n((70, 70)))
+    steep = (turned * np.logspace(0, -4, 70)) @ turned.T
     return found + [Sample("a kernel of low rank, hardly a ridge", (few @ few.T, n((6, 3))),
-                           {"ridge": 1e-7}),
+                           {"ridge": 1e-7}, factors=(1e4,)),
+                    Sample("a large kernel of all sizes", ((steep + steep.T) / 2, n((70, 2))),
+                           {"ridge": 1e-4}, factors=(100.0,), large=True),
                     Sample("a kernel that is not positive", (K + K.T, n((6, 3))), {"ridge": 0.3})]
 
 
@@ -103,7 +111,7 @@ def alphas(rng: np.random.Generator) -> list[Sample]:
         valleys[:, 1] += rng.uniform(-0.05, 0.05, 9)
         found.append(Sample(f"two valleys, {samples} samples", (valleys,), {"samples": samples}))
     falling = np.array([[0.0, -1, 0], [0, 1, 0], [0, -1, 1], [0, -4, 1], [0, 1, 1]])
-    narrow = np.stack([np.polynomial.polynomial.polyfromroots([a, a, a, a, 3.0, 3.0])
+    narrow = np.stack([np.polynomial.polynomial.polyfromroots([a, a, 3.0, 3.0, -2.0, -2.0])
                        for a in rng.uniform(-0.2, 1.2, 5)])
     between = np.polynomial.polynomial.polyfromroots([0.5, 0.5, 1.2, 1.2])[None]
     between[:, :2] += [-0.0012, 0.001]                   # the lower floor is the one that 4 miss
@@ -124,7 +132,7 @@ def styles(rng: np.random.Generator) -> list[Sample]:
             found.append(Sample(f"{examples} examples, {targets} targets, {kind}", (
                 n((examples, 11)), n((examples, targets)), n((others, 11))),
                 {"kind": kind, **given}))
-        scale = 10.0 ** np.array([0, -3, 3, -6, 0, 2, 0, 0, -1, 0, 0])
+        scale = 10.0 ** np.array([0, -9, 3, -6, 0, 2, 0, 0, -1, 0, 0])
         Z, new = n((9, 11)) * scale, n((4, 11)) * scale
         found.append(Sample(f"columns of uneven size, {kind}", (Z, n((9, 3)), new),
                             {"kind": kind, **given}))

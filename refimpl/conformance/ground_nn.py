@@ -4,6 +4,7 @@ one odd element among ordinary ones. More samples for the operations of `nn` and
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations, product
+import math
 from typing import Any
 
 import numpy as np
@@ -227,6 +228,10 @@ def unpools(rng: np.random.Generator) -> list[Sample]:
                            2 * frames))
     found = along({"clips": 1, "channels": 2, "frames": 3}, _sized)
     found += along({"frames": 3}, lambda frames: _sized(1, 1, frames), LONG)
+    for kind in (np.int32, np.int16, np.uint8):
+        x, places, frames = _sized(2, 2, 100).inputs
+        found.append(Sample(f"places in {kind.__name__}", (x, places.astype(kind), frames),
+                            large=True))
     equal = np.array([[[1.5, 1.5, 2.0, 1.5]]]), np.array([[[2, 2, 0, 2]]]), 4
     found.append(Sample("equal values for one place", equal, exact=True))
     places = np.array([[[0, 5, 5, 2], [1, 1, 1, 0]]])
@@ -239,7 +244,12 @@ def depools(rng: np.random.Generator, chosen: bool = False) -> list[Sample]:
     def _sized(clips, channels, frames, width):
         h = rng.standard_normal((clips, channels, frames))
         return Sample("", (h, rng.integers(width, size=h.shape), width) if chosen else (h, width))
-    return (along({"clips": 1, "channels": 2, "frames": 3, "width": 2}, _sized)
+    small = []
+    for kind in (np.int32, np.int16, np.int8, np.uint8) if chosen else ():
+        h, which, width = _sized(2, 2, 150, 2).inputs
+        small.append(Sample(f"choices in {kind.__name__}", (h, which.astype(kind), width),
+                            large=True))
+    return (small + along({"clips": 1, "channels": 2, "frames": 3, "width": 2}, _sized)
             + along({"width": 2}, lambda width: _sized(1, 2, 3, width),
                     [n for n in range(3, 60) if n not in SIZES])
             + along({"frames": 3}, lambda frames: _sized(1, 1, frames, 2), LONG))
@@ -269,7 +279,8 @@ def measures(rng: np.random.Generator) -> list[Sample]:
     n = rng.standard_normal
     found = along({"clips": 1, "channels": 2, "frames": 3},
                   lambda clips, channels, frames: Sample("", (n((clips, channels, frames)),)))
-    found += along({"frames": 3}, lambda frames: Sample("", (n((1, 1, frames)),)), LONG)
+    found += [Sample(f"{frames} frames", (n((1, 1, frames)),), large=True, factors=(
+        max(1.0, math.sqrt(frames) / 60),)) for frames in LONG]        # added one after the other
     found += [Sample("as many clips as channels and frames", (n((3, 3, 3)),)),
               Sample("as many clips as frames", (n((4, 2, 4)),)),
               Sample("as many clips as numbers", (n((5, 5)),)),

@@ -38,6 +38,9 @@ def time_warps(rng: np.random.Generator) -> list[Sample]:
     waits = np.concatenate([X[:1].repeat(20, axis=0), X, X[-1:].repeat(3, axis=0)])
     spikes = np.zeros((40, 1))
     spikes[[3, 30]] = 5.0
+    far = rng.standard_normal((131, 2)), rng.standard_normal((127, 2))
+    far[0][0] += 3e4                                     # its cost is in every sum
+    found.append(Sample("long, one frame far away", far, large=True))
     return found + [
         Sample("large numbers", (X * 1e6, X[::-2] * 1e6)),
         Sample("nearly equal ways", (np.round(X, 1) + 1e-8 * rng.standard_normal(X.shape),
@@ -63,6 +66,11 @@ def clusters(rng: np.random.Generator) -> list[Sample]:
     chain = np.abs(np.subtract.outer(order, order)).astype(float)
     unknown = chain.copy()
     unknown[[2, 9], [9, 2]], unknown[[4, 7], [7, 4]] = np.nan, np.inf
+    for count in (3, 5, 7, 9, 15, 17, 31, 33, 64):            # links to be followed one by one
+        order = rng.permutation(count)
+        links = np.where(np.abs(np.subtract.outer(order, order)) <= 1, 0.2, 5.0)
+        found.append(Sample(f"a chain of {count}", (links * (1 - np.eye(count)),),
+                            {"threshold": 1.0}))
     far = 5.0 * (1 - np.eye(5))
     far[[0, 1], [1, 0]] = np.nan
     return found + [Sample("unknown beside far", (far,), {"threshold": 1.0}),
@@ -117,6 +125,14 @@ def segmentations(rng: np.random.Generator) -> list[Sample]:
     found += [Sample(f"a good beginning with a bad end, {size:g}", (
         size * trap[0][:, None], size * trap[1][:, None]), {"lengths": (3, 7)})
         for size in (0.1, 1.0, 30.0)]
+    A, Y = np.arange(3.0)[:, None], np.array([0.3, 1.2, 2.4, 0.2, 1.3, 2.3])[:, None]
+    found += [Sample(f"two fragments {step:g} apart", (Y, np.concatenate([A, A + step])),
+                     {"lengths": (3, 3)}) for step in (2e-7, -2e-7, 1e-4)]
+    for count in (140, 270):                                     # numbers of fragments, in a byte
+        poses = np.arange(0, 2.0 * count, 2)[:, None]
+        found.append(Sample(f"{count} fragments of one frame", (
+            poses[[3, count // 2, 126, 129, count - 1]] + 0.1, poses), {"lengths": (1,) * count},
+            large=True))
     many = np.concatenate([0.3 * rng.standard_normal((60, 2)), 10 + rng.standard_normal((4, 2)),
                            rng.standard_normal((4, 2)) - 10])
     found.append(Sample("many fragments, two far ones", (many[-8:] + 0.01, many),
@@ -133,6 +149,11 @@ def components(rng: np.random.Generator) -> list[Sample]:
         found.append(Sample(f"{len(lengths)} sequences, {count} components, length {length}",
                             (_walk(rng, sum(lengths)),),
                             {"lengths": lengths, "components": count, "length": length}))
+    strong, weak = rng.standard_normal((2, 12))
+    sizes = rng.standard_normal((5, 2)) * [1.0, 1e-3]
+    found.append(Sample("a weak direction beside a strong one", (
+        (sizes @ np.stack([strong, weak])).reshape(20, 3),),
+        {"lengths": (4,) * 5, "components": 2, "length": 4}, factors=(1.0, 10.0, 1.0)))
     for gap in (1e-11, -1e-11, 1e-7):
         axis = np.array([[0.5, -0.5 - gap], [0.1, 0.3]])
         found.append(Sample(f"two numbers of one size, but for {gap:g}", (np.concatenate(

@@ -14,6 +14,8 @@ def _encode_samples(rng):
             Sample("a frame left over", (n((1, 3, 7)), n((4, 3, 5)), n(4))),
             Sample("with dropout", (n((2, 4, 8)), n((5, 4, 3)), n(5)),
                    {"kept": rng.integers(2, size=(2, 4, 8))}),
+            Sample("with dropout by numbers", (n((2, 4, 8)), n((5, 4, 3)), n(5)),
+                   {"kept": 1.0 * rng.integers(2, size=(2, 4, 8))}),
             ruled("all units at their kink", (np.zeros((1, 3, 4)), n((4, 3, 5)), np.zeros(4)),
                   np.zeros((1, 4, 2)), n((1, 4, 2)), np.zeros((1, 3, 4)), np.zeros((4, 3, 5)),
                   np.zeros(4))]
@@ -25,7 +27,9 @@ def _decode_samples(rng):
     return [Sample("plain", (*arrays, n(4))),
             Sample("one hidden frame", (n((1, 4, 1)), n((3, 4, 5)), n(3))),
             Sample("by chance", (*arrays, n(4)), {"chosen": rng.integers(2, size=(2, 5, 4)),
-                                                  "kept": rng.integers(2, size=(2, 5, 8))})]
+                                                  "kept": rng.integers(2, size=(2, 5, 8))}),
+            Sample("with dropout by numbers", (*arrays, n(4)),
+                   {"kept": 1.0 * rng.integers(2, size=(2, 5, 8))})]
 
 
 def _autoencoder_samples(rng):

@@ -61,6 +61,7 @@ def _bad_conv():
             Bad("unknown padding", (X, W, B), "padding", {"padding": "full"}),
             Bad("dilation 0", (X, W, B), "dilation", {"dilation": 0}),
             Bad("groups that do not divide", (X, W, B), "w", {"groups": 4}),
+            Bad("channels that do not divide", (X, W[:, :1], B), "x", {"groups": 3}),
             Bad("filter too wide", (X, np.zeros((6, 4, 10)), B), "x", {"padding": "valid"})]
 
 

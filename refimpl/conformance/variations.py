@@ -79,6 +79,8 @@ def of_samples(operation: Operation, samples: Sequence[Sample], seed: int,
             if thorough and operation.backward:
                 yield from _spread_out(call, reference)
             yield from _promises(call, reference, others, thorough)
+            if thorough:
+                yield from _alike(call, reference)
         if number == 0 and operation.batched:
             yield from _empty_batch(operation, sample, rng, seed, thorough)
         elif thorough and sample.smooth and not chosen:
@@ -178,6 +180,37 @@ def _promises(call, reference, others, thorough):
             other = tuple((cast(a, np.float32), cast_attributes(k, np.float32)) if precision
                           else (a, k) for a, k in others[call.function])
             yield _promise(found, promise + precision, others=other)
+
+
+def _alike(call, reference):
+    """The call after one of the same sizes, ends and sums, that differs in the middle alone: what
+    remembers its arguments by less than all of them answers for the first."""
+    def _first_call(x):
+        y = x.copy()
+        if x.ndim == 2 and np.array_equal(x, x.T):               # a kernel, or distances
+            order = np.arange(len(x))
+            order[1:-1] = order[-2:0:-1]
+            return x[order][:, order]
+        if x.shape[-2:] == (3, 3):                               # rotations
+            y[1:-1] = y[-2:0:-1]
+            return y
+        inner = y.reshape(-1)[1:-1]
+        inner[:] = inner[::-1].copy()
+        return y
+    for one, precision in precisions(call):
+        arrays = [i for i, x in enumerate(one.arguments)
+                  if isinstance(x, np.ndarray) and x.dtype.kind == "f" and x.size > 3]
+        fresh = tuple(x * x.dtype.type(1.25) if i in arrays and x.shape[-2:] != (3, 3) else x
+                      for i, x in enumerate(one.arguments))      # no call before had these
+        for chosen in [arrays, *([i] for i in arrays if len(arrays) > 1)]:
+            moved = tuple(_first_call(x) if i in chosen else x for i, x in enumerate(fresh))
+            what = "" if chosen == arrays else f" but for {one.names[chosen[0]]}"
+            try:
+                reference(*moved, **one.attributes)
+            except ValueError:                                   # it has to be a special one
+                continue
+            yield answered(replace(one, arguments=fresh), reference, f"after one like it{what}"
+                           f"{precision}", others=((moved, one.attributes),))
 
 
 def _own_memory(call, reference):

@@ -55,7 +55,7 @@ def mean_squares_backward(dM: np.ndarray, r: np.ndarray) -> np.ndarray:
     array([[3., 4.]])
     """
     _check(r, mean=True, dM=dM)
-    return sum_squares_backward(dM / math.prod(r.shape[1:]), r)
+    return 2 * _share(r, _spread(dM, r), math.prod(r.shape[1:]))
 
 
 def norm(r: np.ndarray) -> np.ndarray:
@@ -130,7 +130,8 @@ def squared_error_backward(dloss: Any, x: np.ndarray, y: np.ndarray, *,
     array([ 0., -2.])
     """
     _check_pair(x, y, reduction)
-    dx = 2 * ((x - y) * _for_each(dloss, x, reduction))
+    upstream, count = _upstream(dloss, x, reduction)
+    dx = 2 * _share(x - y, upstream, count)
     return dx, -dx
 
 
@@ -160,7 +161,8 @@ def absolute_error_backward(dloss: Any, x: np.ndarray, y: np.ndarray, *,
     array([ 0. , -0.5])
     """
     _check_pair(x, y, reduction, real=True)
-    dx = np.sign(x - y) * _for_each(dloss, x, reduction)
+    upstream, count = _upstream(dloss, x, reduction)
+    dx = np.sign(x - y) * (upstream / count)
     return dx, -dx
 
 
@@ -179,12 +181,19 @@ def _spread(per_clip, r):
     return per_clip.reshape(per_clip.shape + (1,) * (r.ndim - 1))
 
 
-def _for_each(dloss, x, reduction):
-    """The upstream gradient of one element's error."""
+def _upstream(dloss, x, reduction):
+    """The upstream gradient, and the number of elements that share it."""
     if reduction == "none":
         check_arrays(x=x, dloss=dloss, shape=x.shape)
-        return dloss
-    return _number("dloss", dloss, x) / (x.size if reduction == "mean" else 1)
+        return dloss, 1
+    return _number("dloss", dloss, x), x.size if reduction == "mean" else 1
+
+
+def _share(r, upstream, count):
+    """r upstream / count. A large upstream gradient is divided before the product, which might
+    overflow, a small one after it, for it might have few digits left."""
+    before = np.where(np.abs(upstream) < 1, 1, count).astype(r.real.dtype)
+    return r * (upstream / before) / (count / before)
 
 
 def _number(name, value, like):

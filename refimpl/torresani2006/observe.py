@@ -47,7 +47,8 @@ def measures(positions: np.ndarray, fps: float) -> np.ndarray:
         acceleration mean over t and j of |a_j|
         jerk         mean over t and j of |jerk_j|
 
-    positions : (T, J, 3), T at least 4   ->  (4,) in powers of their unit and of seconds.
+    positions : (T, J, 3), T at least 4   ->  (4,) in powers of their unit and of seconds, all NaN
+    where a position is.
     Raises ObserveError for another shape.
 
     >>> measures(np.arange(12.0).reshape(4, 1, 3) * [1, 0, 0], 10.0)     # 30 units a second
