@@ -150,9 +150,12 @@ def answered(call: Case, reference: Callable, kind: str, *, whole: bool = False,
              firm: bool = False, **changes: Any) -> Case:
     """The call as a case of a kind, with the reference's answer and what its elements sum."""
     expected = _answer(reference, call)
-    whole = whole or call.operation.backward is None
-    return replace(call, id=f"{call.id}/{kind}", kind=kind, expected=expected, yardstick=Yardstick(
-        reference, call.arguments, call.attributes, expected, whole, firm), **changes)
+    grows = call.operation.grows
+    whole = whole or (call.operation.backward is None and not grows)
+    sizes = Yardstick(reference, call.arguments, call.attributes, expected, whole, firm)
+    return replace(call, id=f"{call.id}/{kind}", kind=kind, expected=expected, **{
+        "yardstick": sizes.coarse(float(np.finfo(call.precision).eps)) if grows else sizes,
+        **changes})
 
 
 def in_single(call: Case) -> Case:

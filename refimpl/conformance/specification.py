@@ -68,7 +68,9 @@ class Operation:
     whose first axis is the batch;  tolerance : factor on a backend's tolerance (searches);
     whole_range : nothing overflows or vanishes before the answer does;  terms : of a Sample ->
     what each term of a sum comes to, so that none is too small to be seen;
-    precisions : that it is tried in;  backward : None where there is no gradient.
+    precisions : that it is tried in;  backward : None where there is no gradient;  grows : many
+    steps follow one another, so that rounding grows: the answer may be as far off as it goes when
+    the inputs move by their last digit.
     """
 
     name: str
@@ -85,6 +87,7 @@ class Operation:
     same: Callable[[tuple, tuple, dict[str, Any]], str] | None = None
     ground: Callable[[np.random.Generator], list[Sample]] = lambda rng: []
     whole_range: bool = False
+    grows: bool = False
     terms: Callable[[Sample], Mapping[str, float]] | None = None
 
     def __reduce__(self) -> tuple:

@@ -121,21 +121,26 @@ def _epochs(state, epochs, seeds, count, size, rate, step):
     """
     for epoch in range(state.epoch + 1, epochs + 1):
         rng = np.random.default_rng([*seeds, epoch])
-        order = rng.permutation(count)
-        batches = [order[i:i + size] for i in range(0, count, size)]
-        record, state = _epoch(state, epoch, batches, rng, step, annealed(rate, epoch, epochs))
+        record, state = run_epoch(state, epoch, rng.permutation(count), size,
+                                  lambda params, indices: step(params, indices, rng),
+                                  annealed(rate, epoch, epochs))
         yield record, state
 
 
-def _epoch(state, epoch, batches, rng, step, rate):
-    """Run one epoch.   step : as for `_epochs`   ->  Record, State"""
+def run_epoch(state: State, epoch: int, order: np.ndarray, size: int,
+              step: Callable[[Params, np.ndarray], Found], rate: float) -> tuple[Record, State]:
+    """One epoch: the windows in an order, so many at a time, the last batch as small as it comes.
+
+    order : (N,) whole numbers;  step : (params, indices) -> losses, gradients;  rate : of Adam
+    """
     began = time.perf_counter()
+    batches = [order[i:i + size] for i in range(0, len(order), size)]
     sums: dict[str, float] = {}
     norms = []
     params, adam = state.params, state.adam
     for number, indices in enumerate(batches, start=1):
         with np.errstate(over="ignore", invalid="ignore"):       # what is not finite is told below
-            losses, gradients = step(params, indices, rng)
+            losses, gradients = step(params, indices)
         norm = float(np.sqrt(sum(float(np.vdot(g.T, g.T)) for g in gradients.values())))
         if not np.isfinite(norm) or not np.isfinite(losses["loss"]):
             raise TrainingError(

@@ -138,8 +138,15 @@ def rank_pairs(database: Database, model: StyleModel, pca: PrincipalComponents,
         raise SynthesisError(f"members: found {len(members)} fragments of this content, needed at "
                              "least 2; a style is made between two performances of one action")
     pairs = np.array([(i, j) for i in members for j in members if i != j])
-    c, e = coefficients(database, pca), database.styles
+    return rank(coefficients(database, pca), database.styles, model, pairs, target, samples)
 
+
+def rank(c: np.ndarray, e: np.ndarray, model: StyleModel, pairs: np.ndarray, target: np.ndarray,
+         samples: int = SAMPLES) -> list[Choice]:
+    """The same for pairs of fragments that have coefficients c (N, components) and styles e (N, 3).
+
+    pairs : (M, 2), target : (3,)
+    """
     def _predicted(alpha):
         return predict(model, blend_inputs(c, e, pairs, alpha))
 

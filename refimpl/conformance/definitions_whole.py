@@ -1,0 +1,277 @@
+"""The ways from one end to the other a second time: frame by frame, and training as a plain loop
+over the gradients of single operations, which are verified by themselves.
+"""
+
+from collections.abc import Sequence
+import math
+from typing import Any
+
+import numpy as np
+
+from ..holden2016 import losses
+from ..holden2016.rows import CONTACTS, TRAJECTORY
+from ..holden2017 import networks
+from ..motion.joints import FEET, LEGS, SLOT
+from . import (definitions_2016 as code, definitions_holden as paper, definitions_learning as
+               learning, definitions_nn as plain, functions_2016, functions_holden)
+
+
+def _smoothed(x, sigma):
+    reach = int(4 * sigma + 0.5)
+    weights = [math.exp(-0.5 * (i / sigma) ** 2) for i in range(-reach, reach + 1)]
+    return np.array([sum(w * x[min(max(t + i, 0), len(x) - 1)]
+                         for i, w in zip(range(-reach, reach + 1), weights)) / sum(weights)
+                     for t in range(len(x))])
+
+
+def facing_direction(positions: np.ndarray) -> np.ndarray:
+    """Cross products with the vertical, one frame at a time."""
+    def _unit(v):
+        return v / math.hypot(*v)
+    found = []
+    for frame in positions:
+        across = sum(frame[SLOT[f"Left{part}"]] - frame[SLOT[f"Right{part}"]]
+                     for part in ("Arm", "UpLeg"))
+        found.append(_unit(np.cross(across, [0.0, 1.0, 0.0])[[0, 2]]))
+    return np.array([_unit(v) for v in _smoothed(np.array(found), 20.0)])
+
+
+def _leg(positions):
+    lengths = [math.dist(frame[hip], frame[knee]) + math.dist(frame[knee], frame[heel])
+               for hip, knee, heel, _ in LEGS for frame in positions]
+    return float(np.median(lengths))
+
+
+def floor_height(positions: np.ndarray) -> float:
+    """The soft minimum, one frame at a time."""
+    lowest = [min(frame[foot][1] for foot in FEET) for frame in positions]
+    weights = [math.exp(-(h - min(lowest)) / (0.01 * _leg(positions))) for h in lowest]
+    return sum(w * h for w, h in zip(weights, lowest)) / sum(weights)
+
+
+def foot_contacts(positions: np.ndarray, *, floor: float) -> np.ndarray:
+    """One foot and one step at a time."""
+    unit, T = _leg(positions) / 80.07, len(positions)
+    found = np.zeros((T, 4), int)
+    for t, (number, foot) in ((t, f) for t in range(T) for f in enumerate(FEET)):
+        here, after = positions[t, foot], positions[min(t + 1, T - 1), foot]
+        found[t, number] = (math.dist(here, after) ** 2 < 1.5 * unit ** 2
+                            and here[1] - floor < (11, 3)[number % 2] * unit)
+    found[-1] = found[max(T - 2, 0)]
+    return found
+
+
+def _turned(v, yaw):
+    """About the vertical: what looks along z then looks along (sin yaw, 0, cos yaw)."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array([c * v[0] + s * v[2], v[1], c * v[2] - s * v[0]])
+
+
+def motion_to_numbers(positions: np.ndarray, *, floor: float) -> tuple[np.ndarray, np.ndarray]:
+    """One joint of one frame at a time."""
+    forward, T = facing_direction(positions), len(positions)
+    path = _smoothed(positions[:, 0], 3.0)
+    root = np.array([[x, floor, z] for x, _, z in path])
+    yaw = [math.atan2(x, z) for x, z in forward]
+    found = np.zeros((T, 66))
+    for t in range(T):
+        for j in range(21):
+            found[t, 3 * j:3 * j + 3] = _turned(positions[t, j] - root[t], -yaw[t])
+        if t + 1 < T:
+            sideways, _, ahead = _turned(root[t + 1] - root[t], -yaw[t + 1])
+            found[t, 63:] = math.remainder(yaw[t + 1] - yaw[t], 2 * math.pi), ahead, sideways
+    found[-1, 63:] = found[max(T - 2, 0), 63:]
+    return found, np.array([root[0, 0], root[0, 2], yaw[0]])
+
+
+def numbers_to_motion(features: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """One frame after the other."""
+    root, yaw, found = np.array([start[0], start[3], start[1]]), start[2], []
+    for row in features:
+        found.append([root + _turned(row[3 * j:3 * j + 3], yaw) for j in range(21)])
+        yaw = yaw + row[63]
+        root = root + _turned([row[65], 0.0, row[64]], yaw)
+    return np.array(found)
+
+
+def motion_windows(features: np.ndarray, contacts: np.ndarray, *, length: int,
+                   step: int) -> tuple[np.ndarray, np.ndarray]:
+    """One window after the other."""
+    T = len(features)
+    if T < length:
+        before = (length - T) // 2
+        numbers = [min(max(t - before, 0), T - 1) for t in range(length)]
+        still = [t < 0 or t >= T - 1 for t in range(-before, length - before)]
+        window = np.array([[*features[n, :63], *(features[n, 63:] * (not s))]
+                           for n, s in zip(numbers, still)])
+        return window[None], contacts[numbers][None]
+    begins = [b for b in range(T) if b % step == 0 and b + length <= T]
+    begins += [T - length] * (begins[-1] + length < T)
+    return (np.array([[features[b + t] for t in range(length)] for b in begins]),
+            np.array([[contacts[b + t] for t in range(length)] for b in begins]))
+
+
+def normaliser(features: np.ndarray, contacts: np.ndarray, *,
+               form: str = "groups") -> tuple[np.ndarray, np.ndarray]:
+    """Sums over frames, number by number."""
+    def _deviation(values):
+        values = list(values)
+        middle = sum(values) / len(values)
+        return math.sqrt(sum((v - middle) ** 2 for v in values) / len(values))
+    own = [_deviation(column) for column in features.T]
+    groups = [range(63), (64, 65), (63,)]
+    if form == "groups":
+        sizes = [math.sqrt(sum(own[i] ** 2 for i in group) / len(group)) for group in groups]
+    else:
+        rows = np.concatenate([np.zeros((len(features), 3)), features, contacts], axis=1)
+        sizes = [_deviation(rows.ravel()), 0.9 * _deviation(features[:, 64:].ravel()),
+                 0.9 * own[63]]
+    deviation = np.zeros(66)
+    for group, size in zip(groups, sizes):
+        deviation[list(group)] = size or max(own) or 1.0
+    if form == "2016":
+        for foot in FEET:
+            deviation[3 * foot:3 * foot + 3] *= 0.9
+    mean = [sum(column) / len(column) for column in features.T]
+    return np.array([*mean[:63], 0.0, 0.0, 0.0]), deviation
+
+
+def project(X: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
+    """Equations 1 and 2 on an even number of frames."""
+    T = X.shape[2]
+    even = X if T % 2 == 0 else X[:, :, [*range(T), T - 1]]
+    return paper.decode(paper.encode(even, W0, b0), W0, b0)[:, :, :T]
+
+
+def style_target(hidden: np.ndarray, *, lengths: Sequence[int], frames: int) -> np.ndarray:
+    """The mean over all frames of the exemplars, frame by frame."""
+    assert sum(lengths) == hidden.shape[1]
+    return frames * sum(np.outer(h, h) for h in hidden.T) / hidden.shape[1]
+
+
+def initial_filters(uniform: np.ndarray) -> np.ndarray:
+    """One number at a time."""
+    outputs, inputs, width = uniform.shape
+    bound = math.sqrt(6 / (inputs * width + outputs * width))
+    return np.array([[[bound * (2 * u - 1) for u in row] for row in f] for f in uniform])
+
+
+def learning_rate(epoch: np.ndarray, *, rate: float, epochs: int) -> np.ndarray:
+    """Constant for half of the epochs, then a straight line."""
+    return np.array([rate if 2 * e - 1 <= epochs else rate * (2 * epochs - 2 * e + 1) / epochs
+                     for e in epoch.tolist()])
+
+
+def _trained(arrays, order, batch, rate, of_batch):
+    """of_batch : (arrays, indices, epoch) ->  loss, gradients"""
+    arrays, met, t = list(arrays), [], 0
+    moments: list[Any] = [(np.zeros(a.shape), np.zeros(a.shape)) for a in arrays]
+    rates = learning_rate(np.arange(1, len(order) + 1), rate=rate, epochs=len(order))
+    for epoch, row in enumerate(order.tolist()):
+        total = 0.0
+        while row:
+            indices, row = row[:batch], row[batch:]
+            (loss, slopes), t = of_batch(arrays, indices, epoch), t + 1
+            total += len(indices) * float(loss)
+            for k, slope in enumerate(slopes):
+                arrays[k], *moments[k] = plain.adam_step(arrays[k], slope, *moments[k], t=t,
+                                                         rate=rates[epoch])
+        met.append(total / len(order[epoch]))
+    return (*arrays, np.array(met))
+
+
+def train_loss_network(W0: np.ndarray, b0: np.ndarray, *, X: np.ndarray, order: np.ndarray,
+                       batch: int, rate: float, alpha: float = 0.01, dropout: float = 0.0,
+                       kept: np.ndarray | None = None,
+                       chosen: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+    """Equation 3 written out, of each batch."""
+    def _of(arrays, indices, epoch):
+        clean = X[indices]
+        seen = clean if kept is None else clean * kept[epoch, indices] / (1 - dropout)
+        places = None if chosen is None else chosen[epoch, indices]
+        again = paper.decode(paper.encode(seen, *arrays), *arrays, chosen=places)
+        sizes = np.concatenate([np.abs(a).ravel() for a in arrays])
+        _, found = networks.autoencoder_loss_backward(
+            1.0, clean, dict(zip(("W0", "b0"), arrays)), alpha=alpha, noisy=seen, chosen=places)
+        return np.mean((again - clean) ** 2) + alpha * np.mean(sizes), found.values()
+    return _trained((W0, b0), order, batch, rate, _of)
+
+
+def train_transformation_network(*arrays: np.ndarray, I: np.ndarray, order: np.ndarray, batch: int,
+                                 rate: float, W0: np.ndarray, b0: np.ndarray, gram: np.ndarray,
+                                 contacts: np.ndarray, trajectory: np.ndarray,
+                                 **constants: Any) -> tuple[np.ndarray, ...]:
+    """`total_loss` and its gradient, of each batch."""
+    def _of(moved, indices, epoch):
+        problem = {"I": I[indices], "gram": gram[indices], "contacts": contacts[indices],
+                   "trajectory": trajectory[indices], "hidden": paper.encode(I[indices], W0, b0),
+                   "W0": W0, "b0": b0, "reading": "mean_squares", **constants}
+        return (paper.total_loss(*moved, **problem),
+                functions_holden.total_loss_backward(1.0, *moved, **problem))
+    return _trained(arrays, order, batch, rate, _of)
+
+
+def style_search(content: np.ndarray, style: np.ndarray, start: np.ndarray, We: np.ndarray,
+                 be: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, mean: np.ndarray,
+                 deviation: np.ndarray, amount: float = 0.1, iterations: int = 250,
+                 constraint_iterations: int = 100) -> tuple[np.ndarray, ...]:
+    """Steps 1 to 4 one after the other."""
+    def _seen(rows):
+        return code.encode(np.array([[(r - mean) / deviation for r in rows]])[0].T[None], We, be)
+
+    def _motion(H):
+        return code.decode(H, Wd, bd) * deviation[:, None] + mean[:, None]
+
+    def _down(H, gradient, steps):
+        m, v = np.zeros(H.shape), np.zeros(H.shape)
+        for t in range(1, steps + 1):
+            H, m, v = plain.adam_step(H, gradient(H), m, v, t=t, rate=0.01, epsilon=1e-5)
+        return H
+
+    def _constrained(H):
+        motion, one = _motion(H), np.ones(1)
+        slope = (losses.foot_loss_backward(one, motion, contacts)
+                 + losses.bone_loss_backward(one, motion)
+                 + losses.trajectory_loss_backward(one, motion, wanted))
+        return functions_2016.decode_backward(slope / 3 * deviation[:, None], H, Wd, bd)[0]
+    C, gram = _seen(content), plain.gram(_seen(style))
+    H = _down(code.encode(start, We, be), lambda h: losses.search_loss_backward(
+        np.ones(1), h, C, gram, amount=amount), iterations)
+    after = _motion(H)[0].T
+    speeds = [sum(math.hypot(*row[66:68]) for row in rows) for rows in (after, content)]
+    tail = np.array([[*(row[66:68] * speeds[0] / speeds[1]), *row[68:]] for row in content])
+    contacts, wanted = content[None, :, CONTACTS].swapaxes(1, 2), tail[None, :, :3].swapaxes(1, 2)
+    H = _down(_seen(after), _constrained, constraint_iterations)
+    before = _motion(H)[0].T
+    result = np.array([[*row[:TRAJECTORY.start], *end] for row, end in zip(before, tail)])
+    return result, after, before
+
+
+def cluster_threshold(ssd: np.ndarray, *, count: int) -> float:
+    """Links made one after the other, the shortest first, each that joins two clusters."""
+    cluster, joined = list(range(len(ssd))), [0.0]
+    for d, i, j in sorted((ssd[i, j], i, j) for i in range(len(ssd)) for j in range(i)):
+        if cluster[i] != cluster[j]:
+            joined.append(d)
+            cluster = [cluster[i] if c == cluster[j] else c for c in cluster]
+    made = joined[len(ssd) - count]
+    return (math.nextafter(made, math.inf) * 2 + 1 if count == 1
+            else (made + joined[len(ssd) - count + 1]) / 2)
+
+
+def best_pair(coefficients: np.ndarray, styles: np.ndarray, Z: np.ndarray, Y: np.ndarray, *,
+              target: np.ndarray, **model: Any) -> tuple[np.ndarray, ...]:
+    """Each pair in turn, alpha by ever finer steps about the best of 13 even ones."""
+    found = []
+    for k, l in ((k, l) for k in range(len(styles)) for l in range(len(styles)) if k != l):
+        low, high, steps = -0.25, 1.25, 12
+        while high - low > 1e-8:
+            grid = np.linspace(low, high, steps + 1)
+            new = [[*coefficients[k], *coefficients[l], *styles[k], *styles[l], a] for a in grid]
+            predicted = learning.predicted_style(Z, Y, np.array(new), **model)
+            errors = [math.dist(p, target) for p in predicted]
+            best = errors.index(min(errors))
+            low, high, steps = grid[max(best - 1, 0)], grid[min(best + 1, steps)], 40
+        found.append((errors[best], k, l, grid[best], predicted[best]))
+    error, k, l, alpha, predicted = min(found, key=lambda pair: pair[0])
+    return np.array([k, l]), np.asarray(alpha), predicted, np.asarray(error)

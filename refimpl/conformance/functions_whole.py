@@ -1,0 +1,254 @@
+"""The reference from one end to the other as functions of arrays alone: from motion to the numbers
+that are learnt and back, training with its order and its chances given, the search of 2016, and
+equation 12 over all pairs.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..holden2016 import rows, search
+from ..holden2017 import losses, networks, objective, train
+from ..holden2017.networks import Reconstruction
+from ..motion import features as numbers, feet, windows
+from ..nn.adam import annealed
+from ..torresani2006 import align, regress, synthesise
+from .functions_holden import T_NAMES
+
+
+def facing_direction(positions: np.ndarray) -> np.ndarray:
+    """Where the body faces on the floor: (left - right shoulder) + (left - right hip), turned by
+    forward = across x up, as a unit vector, smoothed by scipy.ndimage.gaussian_filter1d(..., 20,
+    mode="nearest") over time and made a unit vector again.
+
+    positions : (T, 21, 3), y up   ->  (T, 2): x and z
+    """
+    return numbers.facing(positions)
+
+
+def floor_height(positions: np.ndarray) -> float:
+    """The mean of the heights of the lowest foot joint, h[t], with the weights
+
+        exp(-(h[t] - min h) / s),   s = 0.01 leg,   leg = median of (thigh + shin), both legs
+
+    positions : (T, 21, 3), y up   ->  scalar
+    """
+    return numbers.floor_height(positions)
+
+
+def foot_contacts(positions: np.ndarray, *, floor: float) -> np.ndarray:
+    """1 where a foot is slow and low:
+
+        |p[t+1] - p[t]|^2 < 1.5 (leg / 80.07)^2   and   y[t] - floor < 11 leg / 80.07 (heels),
+        3 leg / 80.07 (toes)
+
+    positions : (T, 21, 3), y up, 60 frames a second   ->  (T, 4) whole numbers, left heel, left
+    toe, right heel, right toe; the last row is the one before it again
+    """
+    return feet.foot_contacts(positions, floor).astype(int)
+
+
+def motion_to_numbers(positions: np.ndarray, *, floor: float) -> tuple[np.ndarray, np.ndarray]:
+    """Section 3.1: the 66 numbers of each frame. The root is the hips on the floor, smoothed by
+    scipy.ndimage.gaussian_filter1d(..., 3, mode="nearest"); yaw = atan2(x, z) of
+    `facing_direction`;
+
+        p_j^local[t] = Y(-yaw[t]) (p_j[t] - root[t]),   v_r[t] = Y(-yaw[t+1]) (root[t+1] - root[t])
+        turn[t] = yaw[t+1] - yaw[t], within half a turn
+
+    The last row has the velocities of the row before.
+
+    positions : (T, 21, 3), y up, 60 frames a second;  floor : its height   ->  (T, 66), and
+    (x, z, yaw) of the root in frame 0
+    """
+    found, start = numbers.encode(positions, floor)
+    return found, np.array([start.x, start.z, start.yaw])
+
+
+def numbers_to_motion(features: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """The way back:   yaw[t+1] = yaw[t] + turn[t],   root[t+1] = root[t] + Y(yaw[t+1]) v_r[t]
+
+    features : (T, 66);  start : (4,) x, z, yaw and the floor's height in frame 0   ->  (T, 21, 3)
+    """
+    return numbers.decode(features, numbers.Start(*map(float, start)))
+
+
+def motion_windows(features: np.ndarray, contacts: np.ndarray, *, length: int,
+                   step: int) -> tuple[np.ndarray, np.ndarray]:
+    """Windows that begin every `step` frames, and one more that ends with the clip where frames are
+    left over. A shorter clip is padded by its first and last frame, one more behind than before
+    where they are odd; in the padding, and in the clip's last row, the three velocities are 0.
+
+    features : (T, 66), contacts : (T, 4)   ->  (N, length, 66), (N, length, 4)
+    """
+    return windows.windows(features, contacts, length, step)
+
+
+def normaliser(features: np.ndarray, contacts: np.ndarray, *,
+               form: str = "groups") -> tuple[np.ndarray, np.ndarray]:
+    """Mean and deviation of each of the 66 numbers; the velocities' mean is 0.
+
+    form "groups" : positions have the root of their mean variance, likewise the two translational
+    velocities; turning has its own deviation. "2016" : positions have the deviation of all numbers
+    of 73 rows together (three zeros, the 66, the 4 contacts), foot joints 0.9 of it; the
+    translational velocities 0.9 of that of both together; turning 0.9 of its own. What comes to 0
+    is replaced by the largest deviation of a number, or by 1.
+
+    features : (T, 66), contacts : (T, 4), for "2016"   ->  (66,), (66,)
+    """
+    found = windows.fit_normaliser(features, "these", contacts=contacts, form=form)
+    return found.mean, found.deviation
+
+
+def project(X: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
+    """Projection onto the manifold, decode(encode(X)); where T is odd the last frame is doubled
+    before and dropped after.   X : (N, C, T), W0 : (m, C, K), b0 : (m,)   ->  (N, C, T)"""
+    return networks.project(X, {"W0": W0, "b0": b0})
+
+
+def style_target(hidden: np.ndarray, *, lengths: tuple[int, ...], frames: int) -> np.ndarray:
+    """The Gram matrix that an output of so many hidden frames should have, of several exemplars:
+
+        frames * sum_e H_e H_e^T / sum_e T_e
+
+    hidden : (m, sum of lengths), exemplars one after the other, lengths : T_e   ->  (m, m)
+    """
+    return losses.style_target(np.split(hidden, np.cumsum(lengths)[:-1], axis=1), frames)
+
+
+def initial_filters(uniform: np.ndarray) -> np.ndarray:
+    """Filters before training, of uniform random numbers of [0, 1):
+
+        (2 uniform - 1) sqrt(6 / ((inputs + outputs) width))
+
+    uniform : (outputs, inputs, width)   ->  the same shape
+    """
+    class Drawn:
+        """Gives the numbers that were drawn."""
+
+        def uniform(self, low: float, high: float, size: tuple[int, ...]) -> np.ndarray:
+            """The numbers between these ends."""
+            return (low + (high - low) * uniform).reshape(size)
+    rng: Any = Drawn()
+    outputs, inputs, width = uniform.shape
+    return networks.uniform_filters(rng, outputs, inputs, width, uniform.dtype)
+
+
+def learning_rate(epoch: np.ndarray, *, rate: float, epochs: int) -> np.ndarray:
+    """rate min(1, 2 (1 - (epoch - 1/2) / epochs)) in each epoch, of which the first is 1.
+
+    epoch : (E,) whole numbers   ->  (E,)
+    """
+    return np.array([annealed(rate, int(e), epochs) for e in epoch])
+
+
+def train_loss_network(W0: np.ndarray, b0: np.ndarray, *, X: np.ndarray, order: np.ndarray,
+                       batch: int, rate: float, alpha: float = 0.01, dropout: float = 0.0,
+                       kept: np.ndarray | None = None,
+                       chosen: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+    """Training the loss network on equation 3 (means) by Adam (`learning_rate`, 0.9, 0.999, 1e-8).
+    Epoch e visits the windows in the order order[e], `batch` at a time, the last batch as small as
+    it comes; Adam counts its steps through all epochs.
+
+    W0 : (m, C, K), b0 : (m,);  X : (N, C, T), T even;  order : (epochs, N) whole numbers;
+    kept : (epochs, N, C, T) of 0 and 1, of each window; X kept / (1 - dropout) is encoded then, and
+    X is what is wanted;  chosen : (epochs, N, m, T // 2) for random_depool1d
+    ->  W0, b0, and the mean over the windows of each epoch of the loss, as the parameters were when
+    it was computed
+    """
+    of_batch = networks.autoencoder_gradients(alpha)
+
+    def _step(params, indices, epoch):
+        noisy = None if kept is None else X[indices] * kept[epoch, indices].astype(X.dtype) * (
+            X.dtype.type(1 / (1 - dropout)))
+        return of_batch(params, Reconstruction(
+            X[indices], noisy, None if chosen is None else chosen[epoch, indices]))
+    return _trained({"W0": W0, "b0": b0}, order, batch, rate, _step)
+
+
+def train_transformation_network(*arrays: np.ndarray, I: np.ndarray, gram: np.ndarray,
+                                 contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray,
+                                 W0: np.ndarray, b0: np.ndarray, mean: np.ndarray,
+                                 deviation: np.ndarray, order: np.ndarray, batch: int, rate: float,
+                                 reading: str = "mean_squares") -> tuple[np.ndarray, ...]:
+    """Training T on equation 10 (`total_loss`, the mean over a batch) against a loss network that
+    stays; Adam, epochs and batches as in `train_loss_network`.
+
+    W1 ... b3 : of T, as for `transform`;  I, contacts, bones, trajectory, W0, b0, mean, deviation,
+    reading : as for `total_loss`, of N windows, whose hidden units are encode(I);  gram : (N, m, m)
+    order : (epochs, N) whole numbers
+    ->  W1, b1, W2, b2, W3, b3, and each epoch's mean loss
+    """
+    windows_of_all = objective.Batch(I, gram, contacts, bones, trajectory)
+    of_batch = objective.style_gradients({"W0": W0, "b0": b0}, mean, deviation,
+                                         objective.WEIGHTS[reading])
+
+    def _step(params, indices, epoch):
+        found, gradients = of_batch(params, windows_of_all.part(indices))
+        return {"loss": sum(found.values())}, gradients
+    return _trained(dict(zip(T_NAMES.split(), arrays)), order, batch, rate, _step)
+
+
+def _trained(params, order, batch, rate, step):
+    state, met = train.start_state(params), []
+    for epoch, row in enumerate(order):
+        record, state = train.run_epoch(
+            state, epoch + 1, row, batch, lambda params, indices: step(params, indices, epoch),
+            annealed(rate, epoch + 1, len(order)))
+        met.append(record.losses["loss"])
+    found = tuple(state.params[name] for name in params)
+    return (*found, np.array(met, dtype=found[0].dtype))
+
+
+def style_search(content: np.ndarray, style: np.ndarray, start: np.ndarray, We: np.ndarray,
+                 be: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, mean: np.ndarray,
+                 deviation: np.ndarray, amount: float = 0.1, iterations: int = 250,
+                 constraint_iterations: int = 100) -> tuple[np.ndarray, ...]:
+    """The script of the 2016 code. L and L+ are encode_2016 and decode_2016 without dropout, on
+    (rows - mean) / deviation; G = L(style) L(style)^T.
+
+    1. H = L(start); `iterations` steps of Adam (rate 0.01, 0.9, 0.999, epsilon 1e-5) on H down
+       search_loss_2016 with content L(content), gram G and amount.
+    2. After style: L+(H) in units. The tail: the content's last seven rows, the two velocities
+       times mean |v| of that result over mean |v| of the content.
+    3. H = L(L+(H)); `constraint_iterations` such steps down (foot_loss_2016 + bone_loss_2016 +
+       trajectory_loss_2016) / 3 of L+(H) in units, with the content's contacts and the tail's
+       first three rows.
+    4. Before the tail: L+(H) in units. The result: its last seven rows are the tail.
+
+    content, style : (T, 73), (T_s, 73), both even, in units;  start : (1, 73, T) normalised noise
+    We : (m, 73, K), be : (m,), Wd : (73, m, K), bd : (73,);  mean, deviation : (73,)
+    ->  result, after style, before the tail, each (T, 73)
+    """
+    found = search.transfer(content, style, {"We": We, "be": be, "Wd": Wd, "bd": bd},
+                            rows.Normaliser(mean, deviation), start=start, amount=amount,
+                            iterations=iterations, constraint_iterations=constraint_iterations)
+    return found.result, found.after_style, found.before_tail
+
+
+def cluster_threshold(ssd: np.ndarray, *, count: int) -> float:
+    """A threshold with which `content_clusters` finds so many contents: half-way between the
+    longest link that is needed and the shortest that is not to be made; for one content twice the
+    longest, plus 1.
+
+    ssd : (N, N) symmetric, count : from 1 to N   ->  scalar
+    """
+    return align.threshold_for(ssd, count)
+
+
+def best_pair(coefficients: np.ndarray, styles: np.ndarray, Z: np.ndarray, Y: np.ndarray, *,
+              target: np.ndarray, kind: str, ridge: float, gamma: float | None = None
+              ) -> tuple[np.ndarray, ...]:
+    """Equation 12 over all ordered pairs:   arg min || e - f(z_kl(alpha)) ||, alpha in
+    [-0.25, 1.25] found as in `best_alpha`, the sample itself where the search ends no lower.
+
+    coefficients : (N, components), styles : (N, 3) of the fragments;  Z, Y, kind, ridge, gamma : of
+    f, as for `predicted_style`;  target : (3,) e
+    ->  k and l (2,), alpha, f(z) (3,), the error
+    """
+    chosen = {"lambda": ridge} if gamma is None else {"gamma": gamma, "lambda": ridge}
+    model = regress.fit_with(kind, Z, Y, [chosen] * Y.shape[1], tolerance=1e-12)
+    pairs = np.array([(i, j) for i in range(len(styles)) for j in range(len(styles)) if i != j])
+    best = synthesise.rank(coefficients, styles, model, pairs, target)[0]
+    return (np.array([best.i, best.j]), np.asarray(best.alpha), best.predicted,
+            np.asarray(best.error))

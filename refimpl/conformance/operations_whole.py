@@ -1,0 +1,216 @@
+"""The specifications of the ways from one end to the other: motion to numbers and back, training,
+the search of 2016, and equation 12 over all pairs.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..holden2016.rows import CONTACTS, NUMBERS
+from ..motion.features import FEATURES, TURN
+from ..motion.joints import FEET, JOINTS, SLOT
+from . import (definitions_whole as definitions, functions_whole as functions, ground_total)
+from .specification import Bad, Sample, operation
+
+HEIGHTS = {"Hips": 0.95, "UpLeg": 0.9, "Leg": 0.5, "Foot": 0.1, "Toe": 0.03, "Spine": 1.1,
+           "Chest": 1.25, "Neck": 1.4, "Head": 1.6, "Arm": 1.35, "ForeArm": 1.1, "Hand": 0.85,
+           "Finger": 0.75}
+
+
+def walker(rng: np.random.Generator, frames: int, unit: float = 1.0, turns: float = 1.0,
+           ) -> np.ndarray:
+    """Positions (T, 21, 3) of a body that goes about, stands and sways; not a way to walk, but one
+    in which feet are planted at times.   turns : how far it turns, in radians"""
+    place = np.zeros((JOINTS, 3))
+    for name, slot in SLOT.items():
+        side = 1.0 if name.startswith("Left") else -1.0 if name.startswith("Right") else 0.0
+        part = name.removeprefix("Left").removeprefix("Right")
+        place[slot] = side * (0.2 if "Arm" in part or part in ("Hand", "Finger") else 0.1), (
+            HEIGHTS[part]), 0.12 * (part == "Toe")
+    going = np.clip(np.sin(np.linspace(0, 7, frames)), 0, None)
+    sway = rng.standard_normal((4, JOINTS, 3)) * 0.02
+    wave = np.sin(np.outer(going.cumsum() / 5, [1.0, 2, 3, 4]) + rng.uniform(0, 6, 4))
+    body = place + np.einsum("tk,kjc->tjc", wave, sway)
+    yaw = turns * going.cumsum() / max(going.sum(), 1e-9)
+    c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+    x, y, z = np.moveaxis(body, -1, 0)
+    path = 0.02 * np.cumsum(going[:, None] * np.stack([np.sin(yaw), 0 * yaw, np.cos(yaw)], 1), 0)
+    return unit * (np.stack([c * x + s * z, y, c * z - s * x], axis=-1) + path[:, None])
+
+
+def _positions(rng, **floor):
+    return [Sample("plain", (walker(rng, 40),), floor),
+            Sample("centimetres, turning on and on", (walker(rng, 90, 100.0, 12.0),),
+                   {name: 100 * value for name, value in floor.items()}),
+            Sample("two frames", (walker(rng, 2),), floor),
+            Sample("one frame", (walker(rng, 1),), floor)]
+
+
+def _bad_positions(**floor):
+    good = walker(np.random.default_rng(0), 5)
+    hole = good.copy()
+    hole[2, 3, 1] = np.nan
+    return [Bad("another count of joints", (good[:, :20],), "positions", floor),
+            Bad("a hole", (hole,), "positions", floor),
+            Bad("no frames", (good[:0],), "positions", floor)]
+
+
+def _number_samples(rng):
+    return [Sample(label, definitions.motion_to_numbers(walker(rng, frames, 1.0, turns), floor=0.02)
+                   [:1] + (rng.standard_normal(4),)) for label, frames, turns in (
+                       ("plain", 20, 1.0), ("turning on and on", 60, -12.0), ("one frame", 1, 0.0))]
+
+
+def _window_samples(rng):
+    def _clip(frames):
+        return rng.standard_normal((frames, FEATURES)), (rng.random((frames, 4)) < 0.5).astype(int)
+    sizes = {"one left over": (11, 4, 3), "as it fits": (10, 4, 3), "one window": (6, 6, 2),
+             "shorter": (5, 9, 4), "shorter by an odd number": (5, 8, 4), "one frame": (1, 4, 2),
+             "the papers'": (500, 240, 120)}
+    return [Sample(label, _clip(frames), {"length": length, "step": step})
+            for label, (frames, length, step) in sizes.items()]
+
+
+def _normaliser_samples(rng):
+    features = rng.standard_normal((30, FEATURES)) * rng.uniform(0.1, 9, FEATURES) + (
+        rng.standard_normal(FEATURES) * 5)
+    contacts, still = (rng.random((30, 4)) < 0.5).astype(float), features.copy()
+    still[:, TURN] = 0.0
+    return [Sample(f"{label}, {form}", (array, contacts), {"form": form})
+            for label, array in (("plain", features), ("never turning", still))
+            for form in ("groups", "2016")]
+
+
+def _project_samples(rng):
+    n = rng.standard_normal
+    return [Sample(f"{frames} frames", (n((2, 4, frames)), n((5, 4, 3)), n(5)))
+            for frames in (8, 9, 1)]
+
+
+def _target_samples(rng):
+    n = rng.standard_normal
+    return [Sample("plain", (n((3, 12)),), {"lengths": (5, 3, 4), "frames": 7}),
+            Sample("one exemplar", (n((4, 6)),), {"lengths": (6,), "frames": 120})]
+
+
+def _filter_samples(rng):
+    return [Sample("plain", (rng.random((5, 4, 3)),)), Sample("one", (rng.random((1, 1, 1)),))]
+
+
+def _rate_samples(rng):
+    return [Sample(f"{epochs} epochs", (np.arange(1, epochs + 1),),
+                   {"rate": 1e-3, "epochs": epochs}) for epochs in (1, 2, 7, 100)]
+
+
+def _orders(rng, epochs, count):
+    return np.array([rng.permutation(count) for _ in range(epochs)])
+
+
+def _loss_network_samples(rng):
+    n = rng.standard_normal
+    W0, b0, X = n((3, 4, 3)) / 3, n(3) / 3, n((5, 4, 6))
+
+    def _chances(epochs):
+        return {"kept": (rng.random((epochs, *X.shape)) < 0.8).astype(int), "dropout": 0.2,
+                "chosen": rng.integers(2, size=(epochs, 5, 3, 3))}
+    return [Sample("one step", (W0, b0), {"X": X[:2], "order": _orders(rng, 1, 2), "batch": 2,
+                                          "rate": 0.01}),
+            Sample("an epoch, its last batch small", (W0, b0), {
+                "X": X, "order": _orders(rng, 1, 5), "batch": 2, "rate": 0.01, **_chances(1)}),
+            Sample("ten steps in five epochs", (W0, b0), {
+                "X": X, "order": _orders(rng, 5, 5), "batch": 3, "rate": 0.01, "alpha": 0.2}),
+            Sample("a hundred steps", (W0, b0), {
+                "X": X, "order": _orders(rng, 20, 5), "batch": 1, "rate": 3e-3, **_chances(20)},
+                large=True),
+            Sample("two steps in one order", (W0, b0), {
+                "X": X[:3], "order": np.array([[2, 0, 1]]), "batch": 2, "rate": 0.01})]
+
+
+def _transformation_samples(rng):
+    def _problem(clips, reading="mean_squares", frames=4):
+        alike = dict.fromkeys(("content", "style", "foot", "bone", "trajectory"), 2.0)
+        arrays, made = ground_total.balanced(rng, reading, alike, clips, frames, units=3)
+        del made["hidden"]
+        return arrays, made
+
+    def _sample(label, clips, epochs, batch, reading="mean_squares", large=False):
+        arrays, made = _problem(clips, reading)
+        return Sample(label, arrays, {**made, "order": _orders(rng, epochs, clips), "batch": batch,
+                                      "rate": 0.003}, large=large)
+    return [_sample("one step", 2, 1, 2), _sample("one step of norms", 2, 1, 2, "norm", True),
+            _sample("an epoch, its last batch small", 3, 1, 2, large=True),
+            _sample("ten steps in five epochs", 4, 5, 2, large=True),
+            _sample("one window, one step", 1, 1, 1)]
+
+
+def _search_samples(rng):
+    n = rng.standard_normal
+
+    def _rows(frames):
+        rows = n((frames, NUMBERS)).cumsum(axis=0)
+        rows[:, CONTACTS] = rng.integers(2, size=(frames, 4))
+        rows[:, [3 + 3 * foot + 1 for foot in FEET]] -= 1.0     # some below the floor
+        return rows
+    params = n((3, NUMBERS, 3)) * 0.1, n(3) * 0.1, n((NUMBERS, 3, 3)) * 0.1, n(NUMBERS)
+    scale: dict[str, Any] = {"mean": n(NUMBERS), "deviation": rng.uniform(0.5, 2, NUMBERS)}
+    return [Sample(label, (_rows(8), _rows(6), 0.3 * n((1, NUMBERS, 8)), *params), {
+        **scale, "iterations": first, "constraint_iterations": second}, large=first > 20)
+        for label, first, second in (
+            ("one step of each", 1, 1), ("as many as the code's", 250, 100), ("some steps", 6, 4),
+            ("the style alone", 2, 0))]
+
+
+def _threshold_samples(rng):
+    points = rng.standard_normal((9, 2)) * 3
+    ssd = ((points[:, None] - points) ** 2).sum(axis=2)
+    return [Sample(f"{count} contents", (ssd,), {"count": count}) for count in (1, 2, 4, 8, 9)]
+
+
+def _pair_samples(rng):
+    n = rng.standard_normal
+    c, e = n((4, 2)), rng.uniform(-2, 2, (4, 3))
+    found = []
+    for label, given in (("kernel ridge", {"kind": "kernel ridge", "ridge": 0.2, "gamma": 0.05}),
+                         ("linear ridge", {"kind": "linear ridge", "ridge": 0.4})):
+        for target in (np.array([1.0, -0.5, 0.3]), np.array([-2.5, 2.0, 2.9])):
+            found.append(Sample(f"{label}, {target[0]:g}", (c, e, n((12, 11)), n((12, 3))),
+                                {**given, "target": target}))
+    return found
+
+
+def _one(f, arguments, samples, equation, bad=list, **rest):
+    return operation(f, arguments, definitions, samples, bad, equation,
+                     **{"batched": (), "precisions": ("float64",), **rest})
+
+
+TRAINED = {"grows": True, "precisions": ("float64", "float32")}
+OPERATIONS = (
+    _one(functions.facing_direction, "positions", _positions, "2017, section 3.1"),
+    _one(functions.floor_height, "positions", _positions, "2017, section 3.1"),
+    _one(functions.foot_contacts, "positions", lambda rng: _positions(rng, floor=0.02),
+         "2017, section 3.1"),
+    _one(functions.motion_to_numbers, "positions", lambda rng: _positions(rng, floor=0.02),
+         "2017, section 3.1", lambda: _bad_positions(floor=0.0)),
+    _one(functions.numbers_to_motion, "features start", _number_samples, "2017, section 3.1",
+         lambda: [Bad("another count of numbers", (np.zeros((3, 65)), np.zeros(4)), "features")]),
+    _one(functions.motion_windows, "features contacts", _window_samples, "2017, section 3.1"),
+    _one(functions.normaliser, "features contacts", _normaliser_samples, "2017, section 3.1",
+         lambda: [Bad("another form", (np.ones((3, 66)), np.ones((3, 4))), "form",
+                      {"form": "2017"}),
+                  Bad("one frame", (np.ones((1, 66)), np.ones((1, 4))), "features")]),
+    _one(functions.project, "X W0 b0", _project_samples, "equations 1 and 2", batched=(0,),
+         precisions=("float64", "float32")),
+    _one(functions.style_target, "hidden", _target_samples, "equation 6",
+         lambda: [Bad("no frames", (np.ones((2, 3)),), "frames", {"lengths": (3,), "frames": 0})]),
+    _one(functions.initial_filters, "uniform", _filter_samples, "2017, section 4",
+         precisions=("float64", "float32")),
+    _one(functions.learning_rate, "epoch", _rate_samples, "2017, section 4"),
+    _one(functions.train_loss_network, "W0 b0", _loss_network_samples, "equation 3", **TRAINED),
+    _one(functions.train_transformation_network, functions.T_NAMES, _transformation_samples,
+         "equation 10", **TRAINED),
+    _one(functions.style_search, "content style start We be Wd bd", _search_samples,
+         "the 2016 code", lambda: [], suffix="_2016", **TRAINED),
+    _one(functions.cluster_threshold, "ssd", _threshold_samples, "2006, section 4",
+         lambda: [Bad("more contents than fragments", (np.zeros((3, 3)),), "count", {"count": 4})]),
+    _one(functions.best_pair, "coefficients styles Z Y", _pair_samples, "2006, equation 12",
+         tolerance=1e7))
