@@ -1,10 +1,9 @@
 r"""Running it, section "Manifold Projection": stylise(I) = P(T(I)) for a clip of any length, back
 on the clip's own skeleton.
 
-Two things are not right yet. The convolutions see zeros, the mean pose, beyond both ends of a clip:
-joints of the first four frames are off by some 7 cm, up to the 24th by some 3. And a clip is
-brought to the size of the training data's legs and no further: on a body of other proportions hips
-and shoulders are drawn towards the training skeleton's.
+Beyond both ends of a clip the convolutions see the clip going on (`motion.extend`). One thing is
+not right yet: a clip is brought to the size of the training data's legs and no further, so that on
+a body of other proportions hips and shoulders are drawn towards the training skeleton's.
 """
 
 from dataclasses import replace
@@ -12,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..motion.body import Take, to_scale
+from ..motion.body import MARGIN, Take, to_scale
 from ..motion.feet import pace
 from ..motion.features import TRANSLATION, VELOCITIES, path_error, path_length
 from ..motion.stylised import ASTRAY, Stylised, onto_skeleton
@@ -61,10 +60,11 @@ def transfer(take: Take, style: Style, *, projected: bool = True, clean: bool = 
     kept, unless `clean` is False.
     """
     leg, manifold = take.leg, style.manifold
-    content = to_scale(take.features, leg, manifold.leg)
-    transformed = stylise(content, style, projected=False, networks=networks)
+    around = to_scale(take.around, leg, manifold.leg)            # (T + 2 MARGIN, 66)
+    transformed = stylise(around, style, projected=False, networks=networks)
     moved = (project_features(transformed, manifold, networks=networks) if projected
              else transformed.copy())
+    content, transformed, moved = (f[MARGIN:-MARGIN] for f in (around, transformed, moved))
     astray, way = (length / manifold.leg for length in (path_error(transformed, content)[0],
                                                         path_length(content)))
     kept = clean and astray > ASTRAY[0] * way + ASTRAY[1]

@@ -17,10 +17,13 @@ from ..storage import plausible
 from . import bvh, rotation
 from .clip import Clip
 from .feet import foot_contacts
-from .features import FLOOR, FPS, LEG_RANGE, Start, encode, leg_length, scale
+from .extend import extended
+from .features import (FLOOR, FPS, LEG_RANGE, Start, encode, floor_height, leg_length, root_motion,
+                       scale)
 from .joints import BONES, HEELS, PARENTS, SLOT, Mapping, map_joints
 from .skeleton import ancestors, carrier, clip_at, forward_kinematics, with_pose
 
+MARGIN = 48          # frames beyond both ends: the networks see 36 + 13 to each side of a frame
 # Turns a z-up world into a y-up one: (x, y, z) -> (x, z, -y).
 _Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
 
@@ -35,6 +38,8 @@ class Take:
     upright : (3, 3) turns the file's world y up
     positions : (T, 21, 3), y up
     features (T, 66), start, contacts (T, 4) : the 66 numbers, what they leave out, planted feet
+    around : (T + 2 MARGIN, 66), the features with frames before and after, in which the clip goes
+    on (`extend`), for networks that look to both sides of a frame
     """
 
     clip: Clip
@@ -46,6 +51,7 @@ class Take:
     features: np.ndarray = field(repr=False)
     start: Start
     contacts: np.ndarray = field(repr=False)
+    around: np.ndarray = field(repr=False)
 
     @property
     def leg(self) -> float:
@@ -79,12 +85,16 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
     if not np.linalg.norm(hips[:, FLOOR["y"]], axis=1).min() > 0:
         raise ValueError(f"{name}: found hips with no width in some frame, needed two different "
                          "hip joints to know where it faces")
-    features, start = encode(positions)
+    floor, contacts = floor_height(positions), foot_contacts(positions)
+    around, first = encode(extended(positions, MARGIN), floor)
+    root, yaw = root_motion(around, first)
+    features = around[MARGIN:-MARGIN]
+    start = Start(float(root[MARGIN, 0]), float(root[MARGIN, 2]), float(yaw[MARGIN]), floor)
     if not np.isfinite(features).all():
         raise ValueError(f"{name}: found shoulders exactly opposite to the hips in some frame, "
                          "needed to know where the body faces")
     return Take(clip, rotations, translations, mapping, upright, positions, features, start,
-                foot_contacts(positions, start.floor))
+                contacts, around)
 
 
 def read_take(path: str | Path, overrides: dict[str, str] | None = None) -> Take:
