@@ -128,7 +128,8 @@ def normaliser(features: np.ndarray, contacts: np.ndarray, *,
                  0.9 * own[63]]
     deviation = np.zeros(66)
     for group, size in zip(groups, sizes):
-        deviation[list(group)] = size or max(own) or 1.0
+        largest = max(abs(features[t, i]) for t in range(len(features)) for i in group)
+        deviation[list(group)] = size if size > 1e-12 * largest else max(own) or 1.0
     if form == "2016":
         for foot in FEET:
             deviation[3 * foot:3 * foot + 3] *= 0.9

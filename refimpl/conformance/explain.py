@@ -1,34 +1,38 @@
 """What a backend must offer for one operation: arguments, shapes, units, defaults, and what to hold
 to."""
 
+from collections.abc import Callable
 import inspect
 import textwrap
 
 import numpy as np
 
+from ..gradcheck.report import columns
 from ..holden2016 import losses, rows
 from ..motion.features import FORWARD, SIDEWAYS, TURN
 from ..motion.joints import BONES, FEET, SLOTS
-from .backend import TOLERANCES
+from .backend import OPERATIONS, TOLERANCES
 from .cases import generator
 from .specification import Operation
 from .rivals import RIVALS
 
 # Whose arrays are the 66 numbers.
-MOTION = ("foot_loss", "bone_loss", "trajectory_loss", "total_loss")
-MOTION_2016 = ("foot_loss_2016", "bone_loss_2016", "trajectory_loss_2016")
+MOTION = ("foot_loss", "bone_loss", "trajectory_loss", "total_loss", "facing_direction",
+          "floor_height", "foot_contacts", "motion_to_numbers", "numbers_to_motion",
+          "motion_windows", "normaliser", "train_transformation_network")
+MOTION_2016 = ("foot_loss_2016", "bone_loss_2016", "trajectory_loss_2016", "style_search_2016")
 
 
 def explain(operation: Operation) -> list[str]:
     """The lines that `refimpl check --explain OPERATION` prints.   ->  list of str"""
     lines = [f"{operation.name}    {operation.equation}".rstrip(), ""]
-    lines += [f"    {operation.name}{signature(operation)}", *_documentation(operation.f), ""]
+    lines += [f"    {operation.name}{signature(operation)}", *_indented(operation.f), ""]
     lines += _sample(operation)
     if operation.backward:
         lines += ["", f"Its gradient: {operation.name}_backward(upstream gradient, the same "
                   "arguments), which returns a gradient for each array,",
                   "in the order of the arguments, of its shape and precision (None where an array "
-                  "was None or is a constant).", *_documentation(operation.backward)]
+                  "was None or is a constant).", *_indented(operation.backward)]
     if operation.name in MOTION:
         lines += ["", *_joints()]
     if operation.name in MOTION_2016:
@@ -39,6 +43,19 @@ def explain(operation: Operation) -> list[str]:
             lines += [f"Conventions of others that {function} is held against:",
                       *(f"    {label}" for label, _ in RIVALS[function])]
     return lines
+
+
+def listed() -> list[str]:
+    """A line for each operation: its name, its gradient's, and its equation or else where the
+    reference stands.
+
+    >>> listed()[0].split(maxsplit=2)
+    ['conv1d', 'conv1d_backward', 'the * of equations 1 and 2']
+    """
+    rows = [[name, f"{name}_backward" if operation.backward else "-",
+             operation.equation or f"{operation.f.__module__}.{operation.f.__name__}"]
+            for name, operation in OPERATIONS.items()]
+    return columns(rows, "<")
 
 
 def signature(operation: Operation) -> str:
@@ -59,10 +76,17 @@ def signature(operation: Operation) -> str:
     return str(inspect.Signature(parameters))
 
 
-def _documentation(function):
-    text = inspect.getdoc(function)
-    text = text.split("\n>>> ")[0].rstrip() if text else ""
-    return textwrap.indent(text, "        ").splitlines()
+def documentation(function: Callable) -> str:
+    """A function's docstring without its examples, "" where it has none.
+
+    >>> documentation(signature).splitlines()
+    ['Names and defaults as Python writes them, without types.']
+    """
+    return (inspect.getdoc(function) or "").split("\n>>> ")[0].rstrip()
+
+
+def _indented(function):
+    return textwrap.indent(documentation(function), "        ").splitlines()
 
 
 def _sample(operation):

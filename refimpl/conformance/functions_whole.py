@@ -17,9 +17,9 @@ from .functions_holden import T_NAMES
 
 
 def facing_direction(positions: np.ndarray) -> np.ndarray:
-    """Where the body faces on the floor: (left - right shoulder) + (left - right hip), turned by
-    forward = across x up, as a unit vector, smoothed by scipy.ndimage.gaussian_filter1d(..., 20,
-    mode="nearest") over time and made a unit vector again.
+    """Where the body faces on the floor: across = (LeftArm - RightArm) + (LeftUpLeg - RightUpLeg),
+    forward = across x up, on the floor a unit vector, smoothed over time by
+    scipy.ndimage.gaussian_filter1d(..., 20, mode="nearest") and made a unit vector again.
 
     positions : (T, 21, 3), y up   ->  (T, 2): x and z
     """
@@ -29,7 +29,9 @@ def facing_direction(positions: np.ndarray) -> np.ndarray:
 def floor_height(positions: np.ndarray) -> float:
     """The mean of the heights of the lowest foot joint, h[t], with the weights
 
-        exp(-(h[t] - min h) / s),   s = 0.01 leg,   leg = median of (thigh + shin), both legs
+        exp(-(h[t] - min h) / s),   s = 0.01 leg
+
+    leg is the median over all frames of both legs of |UpLeg - Leg| + |Leg - Foot|.
 
     positions : (T, 21, 3), y up   ->  scalar
     """
@@ -37,26 +39,27 @@ def floor_height(positions: np.ndarray) -> float:
 
 
 def foot_contacts(positions: np.ndarray, *, floor: float) -> np.ndarray:
-    """1 where a foot is slow and low:
+    """1 where a foot joint is slow and low, leg as for `floor_height`:
 
         |p[t+1] - p[t]|^2 < 1.5 (leg / 80.07)^2   and   y[t] - floor < 11 leg / 80.07 (heels),
         3 leg / 80.07 (toes)
 
-    positions : (T, 21, 3), y up, 60 frames a second   ->  (T, 4) whole numbers, left heel, left
-    toe, right heel, right toe; the last row is the one before it again
+    positions : (T, 21, 3), y up, 60 frames a second   ->  (T, 4) whole numbers: heels are the
+    joints Foot, in the order left heel, left toe, right heel, right toe. The last row is the one
+    before it again; a single frame stands still.
     """
     return feet.foot_contacts(positions, floor).astype(int)
 
 
 def motion_to_numbers(positions: np.ndarray, *, floor: float) -> tuple[np.ndarray, np.ndarray]:
-    """Section 3.1: the 66 numbers of each frame. The root is the hips on the floor, smoothed by
-    scipy.ndimage.gaussian_filter1d(..., 3, mode="nearest"); yaw = atan2(x, z) of
-    `facing_direction`;
+    """Section 3.1: the 66 numbers of each frame. The root is x and z of the joint Hips, smoothed by
+    scipy.ndimage.gaussian_filter1d(..., 3, mode="nearest"), at the floor's height; yaw = atan2(x,
+    z) of `facing_direction`; Y(a) turns about y and takes (0, 0, 1) to (sin a, 0, cos a);
 
         p_j^local[t] = Y(-yaw[t]) (p_j[t] - root[t]),   v_r[t] = Y(-yaw[t+1]) (root[t+1] - root[t])
         turn[t] = yaw[t+1] - yaw[t], within half a turn
 
-    The last row has the velocities of the row before.
+    The last row has the velocities of the row before, a single frame has none.
 
     positions : (T, 21, 3), y up, 60 frames a second;  floor : its height   ->  (T, 66), and
     (x, z, yaw) of the root in frame 0
@@ -68,7 +71,8 @@ def motion_to_numbers(positions: np.ndarray, *, floor: float) -> tuple[np.ndarra
 def numbers_to_motion(features: np.ndarray, start: np.ndarray) -> np.ndarray:
     """The way back:   yaw[t+1] = yaw[t] + turn[t],   root[t+1] = root[t] + Y(yaw[t+1]) v_r[t]
 
-    features : (T, 66);  start : (4,) x, z, yaw and the floor's height in frame 0   ->  (T, 21, 3)
+    features : (T, 66);  start : (4,) x, z and yaw of the root in frame 0, and its height, which is
+    the floor's   ->  (T, 21, 3)
     """
     return numbers.decode(features, numbers.Start(*map(float, start)))
 
@@ -76,8 +80,8 @@ def numbers_to_motion(features: np.ndarray, start: np.ndarray) -> np.ndarray:
 def motion_windows(features: np.ndarray, contacts: np.ndarray, *, length: int,
                    step: int) -> tuple[np.ndarray, np.ndarray]:
     """Windows that begin every `step` frames, and one more that ends with the clip where frames are
-    left over. A shorter clip is padded by its first and last frame, one more behind than before
-    where they are odd; in the padding, and in the clip's last row, the three velocities are 0.
+    left over. A clip shorter than a window is padded by its first and last frame, one more behind
+    than before where they are odd; its last row and all of the padding get velocities of 0.
 
     features : (T, 66), contacts : (T, 4)   ->  (N, length, 66), (N, length, 4)
     """
@@ -86,15 +90,17 @@ def motion_windows(features: np.ndarray, contacts: np.ndarray, *, length: int,
 
 def normaliser(features: np.ndarray, contacts: np.ndarray, *,
                form: str = "groups") -> tuple[np.ndarray, np.ndarray]:
-    """Mean and deviation of each of the 66 numbers; the velocities' mean is 0.
+    """Mean and deviation (of the population) of each of the 66 numbers; the velocities' mean is 0,
+    their deviations are about their own.
 
-    form "groups" : positions have the root of their mean variance, likewise the two translational
-    velocities; turning has its own deviation. "2016" : positions have the deviation of all numbers
-    of 73 rows together (three zeros, the 66, the 4 contacts), foot joints 0.9 of it; the
-    translational velocities 0.9 of that of both together; turning 0.9 of its own. What comes to 0
-    is replaced by the largest deviation of a number, or by 1.
+    form "groups" : all positions have the root of their mean variance, likewise the two
+    translational velocities; turning has its own deviation. "2016" : positions have the deviation
+    of all numbers of 73 rows together (three zeros, the 66, the 4 contacts); the translational
+    velocities 0.9 of that of both together; turning 0.9 of its own. What comes to no more than
+    1e-12 of its largest number is replaced by the largest of the 66 deviations, or by 1. After
+    that, in "2016", the twelve numbers of the foot joints are 0.9 of the other positions.
 
-    features : (T, 66), contacts : (T, 4), for "2016"   ->  (66,), (66,)
+    features : (T, 66), T at least 2;  contacts : (T, 4), for "2016"   ->  (66,), (66,)
     """
     found = windows.fit_normaliser(features, "these", contacts=contacts, form=form)
     return found.mean, found.deviation
@@ -113,6 +119,9 @@ def style_target(hidden: np.ndarray, *, lengths: tuple[int, ...], frames: int) -
 
     hidden : (m, sum of lengths), exemplars one after the other, lengths : T_e   ->  (m, m)
     """
+    if sum(lengths) != hidden.shape[1]:
+        raise ValueError(f"lengths: found {lengths}, {sum(lengths)} frames together, needed the "
+                         f"{hidden.shape[1]} of hidden")
     return losses.style_target(np.split(hidden, np.cumsum(lengths)[:-1], axis=1), frames)
 
 
@@ -151,8 +160,9 @@ def train_loss_network(W0: np.ndarray, b0: np.ndarray, *, X: np.ndarray, order: 
     it comes; Adam counts its steps through all epochs.
 
     W0 : (m, C, K), b0 : (m,);  X : (N, C, T), T even;  order : (epochs, N) whole numbers;
-    kept : (epochs, N, C, T) of 0 and 1, of each window; X kept / (1 - dropout) is encoded then, and
-    X is what is wanted;  chosen : (epochs, N, m, T // 2) for random_depool1d
+    kept : (epochs, N, C, T) of 0 and 1, by epoch and number of the window; X kept / (1 - dropout)
+    is encoded then, and X is what is wanted; without it nothing is dropped
+    chosen : (epochs, N, m, T // 2) whole numbers, likewise, for random_depool1d
     ->  W0, b0, and the mean over the windows of each epoch of the loss, as the parameters were when
     it was computed
     """
@@ -210,8 +220,9 @@ def style_search(content: np.ndarray, style: np.ndarray, start: np.ndarray, We: 
     1. H = L(start); `iterations` steps of Adam (rate 0.01, 0.9, 0.999, epsilon 1e-5) on H down
        search_loss_2016 with content L(content), gram G and amount.
     2. After style: L+(H) in units. The tail: the content's last seven rows, the two velocities
-       times mean |v| of that result over mean |v| of the content.
-    3. H = L(L+(H)); `constraint_iterations` such steps down (foot_loss_2016 + bone_loss_2016 +
+       times the mean length of both of that result over that of the content (where this is 0,
+       times 1).
+    3. H = L(L+(H)); another Adam's `constraint_iterations` such steps down (foot_loss_2016 + bone_loss_2016 +
        trajectory_loss_2016) / 3 of L+(H) in units, with the content's contacts and the tail's
        first three rows.
     4. Before the tail: L+(H) in units. The result: its last seven rows are the tail.
@@ -228,8 +239,9 @@ def style_search(content: np.ndarray, style: np.ndarray, start: np.ndarray, We: 
 
 def cluster_threshold(ssd: np.ndarray, *, count: int) -> float:
     """A threshold with which `content_clusters` finds so many contents: half-way between the
-    longest link that is needed and the shortest that is not to be made; for one content twice the
-    longest, plus 1.
+    longest link that is needed (0 for N contents) and the shortest that is not to be made; for one
+    content twice the longest, plus 1. Where these two are equally long no threshold does, and it is
+    that length.
 
     ssd : (N, N) symmetric, count : from 1 to N   ->  scalar
     """
@@ -239,11 +251,12 @@ def cluster_threshold(ssd: np.ndarray, *, count: int) -> float:
 def best_pair(coefficients: np.ndarray, styles: np.ndarray, Z: np.ndarray, Y: np.ndarray, *,
               target: np.ndarray, kind: str, ridge: float, gamma: float | None = None
               ) -> tuple[np.ndarray, ...]:
-    """Equation 12 over all ordered pairs:   arg min || e - f(z_kl(alpha)) ||, alpha in
-    [-0.25, 1.25] found as in `best_alpha`, the sample itself where the search ends no lower.
+    """Equation 12 over all ordered pairs k, l that are not one:   arg min || e - f(z_kl(alpha)) ||,
+    alpha in [-0.25, 1.25] found as in `best_alpha` (13 samples, to 1e-5), or the best sample where
+    the search ends higher. z_kl(alpha) = c_k, c_l, e_k, e_l, alpha.
 
-    coefficients : (N, components), styles : (N, 3) of the fragments;  Z, Y, kind, ridge, gamma : of
-    f, as for `predicted_style`;  target : (3,) e
+    coefficients : c (N, components), styles : e (N, 3) of the fragments;  Z, Y, ridge, gamma : of
+    f, as for `predicted_style`;  kind : "linear ridge" or "kernel ridge";  target : (3,) e
     ->  k and l (2,), alpha, f(z) (3,), the error
     """
     chosen = {"lambda": ridge} if gamma is None else {"gamma": gamma, "lambda": ridge}

@@ -39,9 +39,12 @@ def walker(rng: np.random.Generator, frames: int, unit: float = 1.0, turns: floa
 
 
 def _positions(rng, **floor):
+    heels = walker(rng, 30)
+    heels[:, FEET[1::2], 1] += 0.1
     return [Sample("plain", (walker(rng, 40),), floor),
-            Sample("centimetres, turning on and on", (walker(rng, 90, 100.0, 12.0),),
-                   {name: 100 * value for name, value in floor.items()}),
+            Sample("centimetres, turning on and on", (walker(rng, 300, 100.0, 9.0),),
+                   {name: 100 * value for name, value in floor.items()}, large=True),
+            Sample("on its heels", (heels,), floor),
             Sample("two frames", (walker(rng, 2),), floor),
             Sample("one frame", (walker(rng, 1),), floor)]
 
@@ -75,7 +78,7 @@ def _normaliser_samples(rng):
     features = rng.standard_normal((30, FEATURES)) * rng.uniform(0.1, 9, FEATURES) + (
         rng.standard_normal(FEATURES) * 5)
     contacts, still = (rng.random((30, 4)) < 0.5).astype(float), features.copy()
-    still[:, TURN] = 0.0
+    still[:, TURN] = 0.1
     return [Sample(f"{label}, {form}", (array, contacts), {"form": form})
             for label, array in (("plain", features), ("never turning", still))
             for form in ("groups", "2016")]
@@ -201,7 +204,9 @@ OPERATIONS = (
     _one(functions.project, "X W0 b0", _project_samples, "equations 1 and 2", batched=(0,),
          precisions=("float64", "float32")),
     _one(functions.style_target, "hidden", _target_samples, "equation 6",
-         lambda: [Bad("no frames", (np.ones((2, 3)),), "frames", {"lengths": (3,), "frames": 0})]),
+         lambda: [Bad("no frames", (np.ones((2, 3)),), "frames", {"lengths": (3,), "frames": 0}),
+                  Bad("frames left over", (np.ones((2, 3)),), "lengths",
+                      {"lengths": (2,), "frames": 4})]),
     _one(functions.initial_filters, "uniform", _filter_samples, "2017, section 4",
          precisions=("float64", "float32")),
     _one(functions.learning_rate, "epoch", _rate_samples, "2017, section 4"),

@@ -12,6 +12,7 @@ from .joints import FEET, JOINTS
 
 WINDOW, HOP = 240, 120           # frames at 60 a second (section 3.1: 240, overlapping)
 FORMS = ("groups", "2016")       # of a normaliser
+ROUNDED = 1e-12                  # share of a number below which its deviation is mere rounding
 
 
 def windows(features: np.ndarray, contacts: np.ndarray, length: int = WINDOW,
@@ -119,7 +120,8 @@ def fit_normaliser(features: np.ndarray, source: str, *, contacts: np.ndarray | 
         common = [(POSITIONS, rows.std()), (TRANSLATION, 0.9 * features[:, TRANSLATION].std()),
                   (turn, 0.9 * deviation[TURN])]
     for part, value in common:       # data that never turns (or never moves) has no deviation
-        deviation[part] = value if value > 0 else usual
+        size = float(np.abs(features[:, part]).max())
+        deviation[part] = value if value > ROUNDED * size else usual
     if form == "2016":
         deviation[POSITIONS].reshape(JOINTS, 3)[list(FEET)] *= 0.9
     return Normaliser(mean, deviation, source, form)

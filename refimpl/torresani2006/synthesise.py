@@ -105,7 +105,7 @@ def best_alpha(error: Callable[[np.ndarray], np.ndarray], count: int, samples: i
                tolerance: float = GOLDEN_TOLERANCE) -> np.ndarray:
     """The search of section 7.2 for many pairs side by side: the best of M uniform samples of alpha
     in [-0.25, 1.25], then a golden-section search between its neighbours; the sample itself where
-    the search ends no lower.
+    the search ends higher.
 
     error : (count,) alphas, one a pair ->  (count,), smooth;  samples : M, at least 2
     ->  (count,) alphas.   Raises SynthesisError.
