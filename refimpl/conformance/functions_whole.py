@@ -222,9 +222,9 @@ def style_search(content: np.ndarray, style: np.ndarray, start: np.ndarray, We: 
     2. After style: L+(H) in units. The tail: the content's last seven rows, the two velocities
        times the mean length of both of that result over that of the content (where this is 0,
        times 1).
-    3. H = L(L+(H)); another Adam's `constraint_iterations` such steps down (foot_loss_2016 + bone_loss_2016 +
-       trajectory_loss_2016) / 3 of L+(H) in units, with the content's contacts and the tail's
-       first three rows.
+    3. H = L(L+(H)); `constraint_iterations` such steps of another Adam down (foot_loss_2016 +
+       bone_loss_2016 + trajectory_loss_2016) / 3 of L+(H) in units, with the content's contacts
+       and the tail's first three rows.
     4. Before the tail: L+(H) in units. The result: its last seven rows are the tail.
 
     content, style : (T, 73), (T_s, 73), both even, in units;  start : (1, 73, T) normalised noise

@@ -16,10 +16,9 @@ import numpy as np
 from ..storage import plausible
 from . import bvh, rotation
 from .clip import Clip
-from .feet import foot_contacts
 from .extend import extended
-from .features import (FLOOR, FPS, LEG_RANGE, Start, encode, floor_height, leg_length, root_motion,
-                       scale)
+from .features import FLOOR, FPS, LEG_RANGE, Start, encode, leg_length, root_motion, scale
+from .ground import planted_feet, resting_heights
 from .joints import BONES, HEELS, PARENTS, SLOT, Mapping, map_joints
 from .skeleton import ancestors, carrier, clip_at, forward_kinematics, with_pose
 
@@ -54,6 +53,11 @@ class Take:
     around: np.ndarray = field(repr=False)
 
     @property
+    def toes(self) -> np.ndarray:
+        """At which height the left and the right toe joint rest.   ->  (2,)"""
+        return resting_heights(self.positions)[1::2]
+
+    @property
     def leg(self) -> float:
         """The leg's length, see `features.leg_length`."""
         return leg_length(self.positions)
@@ -85,7 +89,7 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
     if not np.linalg.norm(hips[:, FLOOR["y"]], axis=1).min() > 0:
         raise ValueError(f"{name}: found hips with no width in some frame, needed two different "
                          "hip joints to know where it faces")
-    floor, contacts = floor_height(positions), foot_contacts(positions)
+    floor, contacts = planted_feet(positions)
     around, first = encode(extended(positions, MARGIN), floor)
     root, yaw = root_motion(around, first)
     features = around[MARGIN:-MARGIN]

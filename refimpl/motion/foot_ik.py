@@ -1,55 +1,65 @@
 r"""The clean-up that the paper leaves to "a fast post process": planted feet stay where they are,
 and no bone changes its length.
 
-1. Every stretch of frames in which an ankle or a toe is planted gets one point to stay at
-   (`locks`); an ankle's and a toe's that meet are as far apart as the foot is long.
-2. The feet go there and, before and after, blend back into what they did (`foot_targets`); no free
-   foot's toe goes below the floor (under a locked heel it may: nothing lifts it there).
+1. Each stance of an ankle or a toe gets one point to stay at (`locks`), also where its label stops
+   for a moment; an ankle's and a toe's that meet are as far apart as the foot is long.
+2. The feet are moved there by the smoothest correction that does it (`smoothest`): firm within a
+   stance, soft at its ends, fading where nothing is held. No toe goes below the floor.
 3. Where a leg is too short, the whole body is lowered, ahead of time and smoothly (`lowered`).
 4. Thigh and shin reach the ankle by the law of cosines, the knee on the side where it was
-   (`two_bone`).
+   (`two_bone`); a leg approaches its full length gently.
 
 All lengths are in the unit of the positions, y is up. A label at frame t covers the step from t to
 t + 1, as in `feet.foot_contacts`.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, uniform_filter1d
+from scipy.linalg import solveh_banded
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from .easing import blended
 from .feet import checked_contacts
 from .features import checked_positions
+from .ground import stretches
 from .joints import LEGS
 from .rotation import shortest_rotation
 
-BLEND = 8            # frames before and after a lock in which a foot finds its way: 0.13 s
+BLEND = 6            # frames that a correction takes to fade, and that a gap in a stance may last
+TAPER = 4            # frames at each end of a stance in which its lock is not yet firm
+FIRM = 200.0         # how much more a lock weighs than what bends the correction
+SAME_PLACE = 0.5     # of a foot: one that moves further in a gap begins another stance
 DEEPEST = 0.12       # of a leg: the body goes no lower; a foot locked too far away slides instead
-STRAIGHT = 0.9995    # of thigh + shin: no leg is stretched further, so that its knee does not lock
+SOFT, STRAIGHT = 0.97, 0.9999    # of thigh + shin: where a leg begins to stretch less, and ends
 
 
-def lock_feet(positions: np.ndarray, contacts: np.ndarray, floor: float = 0.0, *,
+def lock_feet(positions: np.ndarray, contacts: np.ndarray, floor: Any = 0.0, *,
               blend: int = BLEND) -> np.ndarray:
     """Lock planted feet. Every bone below the hips keeps its length in every frame; nothing else
     moves, except down with the hips. A foot out of reach even of a lowered body stops short of its
     point.
 
     positions : (T, 21, 3);  contacts : (T, 4) in the order of `joints.FEET`
-    floor : height of a resting toe joint;  blend : frames
+    floor : height of a resting toe joint, or of the left and of the right one;  blend : frames
     ->  (T, 21, 3).   Raises ValueError for wrong shapes, labels or frames.
     """
     raw = checked_positions(positions)
     contacts = checked_contacts(contacts, len(raw))
     if not isinstance(blend, (int, np.integer)) or isinstance(blend, bool) or blend < 1:
         raise ValueError(f"blend: found {blend!r}, needed a whole number of frames from 1 on")
-    feet = [foot_targets(raw[:, ankle], raw[:, toe], contacts[:, 2 * n:2 * n + 2], floor, blend)
-            for n, (_, _, ankle, toe) in enumerate(LEGS)]
+    feet = [foot_targets(raw[:, ankle], raw[:, toe], contacts[:, 2 * n:2 * n + 2], height, blend)
+            for n, ((_, _, ankle, toe), height) in enumerate(zip(LEGS, np.broadcast_to(floor, 2)))]
     moved = raw.copy()
     moved[..., 1] -= lowered(raw, [ankle for ankle, _ in feet], blend)[:, None]
     for (hip, knee, ankle, toe), (goal, foot) in zip(LEGS, feet):
-        thigh, shin, near, far = _leg(raw, hip, knee, ankle)
-        moved[:, ankle] = _within(moved[:, hip], goal, near, far)
+        thigh, shin, d, near, far = _leg(raw, hip, knee, ankle)
+        along = goal - moved[:, hip]
+        asked = np.linalg.norm(along, axis=-1)
+        along = np.where(asked[:, None] > 0, along, [0.0, -1.0, 0.0])
+        reached = np.maximum(softened(asked, np.maximum(d, SOFT * (thigh + shin)), far), near)
+        moved[:, ankle] = moved[:, hip] + along * (
+            reached / np.where(asked > 0, asked, 1.0))[:, None]
         turn = shortest_rotation(raw[:, ankle] - raw[:, hip], moved[:, ankle] - moved[:, hip])
         bend = (turn @ (raw[:, knee] - raw[:, hip])[..., None])[..., 0] + 1e-6 * foot
         moved[:, knee] = two_bone(moved[:, hip], moved[:, ankle], thigh, shin, bend)
@@ -87,39 +97,83 @@ def foot_targets(ankle: np.ndarray, toe: np.ndarray, contacts: np.ndarray, floor
                  blend: int = BLEND) -> tuple[np.ndarray, np.ndarray]:
     """Where one foot shall be: its ankle, and the foot from ankle to toe, as long as it was.
 
-    ankle, toe : (T, 3);  contacts : (T, 2) of ankle and toe;  floor, blend : as in `lock_feet`
+    ankle, toe : (T, 3);  contacts : (T, 2) of ankle and toe;  floor : of its toe;  blend : frames
     ->  (T, 3), (T, 3)
     """
     at_ankle, at_toe = locks(ankle, toe, contacts, floor, blend)
-    heel_held, toe_held = ~np.isnan(at_ankle[:, 0]), ~np.isnan(at_toe[:, 0])
-    held = heel_held | toe_held
+    heel, tip = ~np.isnan(at_ankle[:, 0]), ~np.isnan(at_toe[:, 0])
+    firm = steadiness(heel + 2 * tip)
     old = toe - ankle
-    foot = old + blended(at_toe - at_ankle - old, heel_held & toe_held, blend)
-    size = np.linalg.norm(foot, axis=1)
-    foot = foot * (np.linalg.norm(old, axis=1) / np.where(size > 0, size, 1.0))[:, None]
-    goal = np.where(heel_held[:, None], at_ankle, at_toe - foot)     # NaN where neither is held
-    goal = ankle + blended(goal - ankle, held, blend)
-    depth = np.maximum(0.0, floor - np.minimum(goal[:, 1], goal[:, 1] + foot[:, 1]))
-    goal[:, 1] += np.where(held, 0.0, depth)
-    return goal, foot
+    length = np.linalg.norm(old, axis=1)
+    foot = _of_length(old + smoothest(at_toe - at_ankle - old, np.where(heel & tip, firm, 0.0),
+                                      blend), length)
+    goal = np.where(heel[:, None], at_ankle, at_toe - foot)      # NaN where neither is held
+    goal = ankle + smoothest(goal - ankle, firm, blend)
+    goal[:, 1] += np.maximum(0.0, floor - goal[:, 1])
+    return goal, _above(foot, floor - goal[:, 1], length)
+
+
+def smoothest(values: np.ndarray, weight: np.ndarray, frames: float) -> np.ndarray:
+    r"""The curve c that bends least, near given values where they weigh, and near 0 elsewhere:
+
+        min  sum_t frames^4 ( |c[t+1] - 2 c[t] + c[t-1]|^2 + w[t] |c[t] - v[t]|^2 ) + |c[t]|^2
+
+    It fades within about so many frames.
+
+    values : (T, D), not read where weight (T,) is 0   ->  (T, D)
+
+    >>> smoothest(np.full((5, 1), 8.0), np.array([0.0, 0, 1e9, 0, 0]), 2)[:, 0].round(1)
+    array([6.3, 7.4, 8. , 7.4, 6.3])
+    """
+    T = len(values)
+    bends = np.diff(np.eye(T), n=min(2, T - 1), axis=0)
+    matrix, stiff = bends.T @ bends, float(frames) ** 4
+    bands = np.zeros((3, T))
+    for k in range(min(3, T)):
+        bands[2 - k, k:] = stiff * np.diagonal(matrix, k)
+    bands[2] += stiff * weight + 1.0
+    known = np.where(weight[:, None] > 0, values, 0.0)
+    return solveh_banded(bands, stiff * weight[:, None] * known)
+
+
+def steadiness(state: np.ndarray) -> np.ndarray:
+    """How firm a lock is in each frame: `FIRM` within a stretch of one state, less near its ends
+    (not at those of the clip), 0 in state 0.
+
+    state : (T,) whole numbers  ->  (T,)
+
+    >>> (steadiness(np.array([0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0])) / FIRM).round(3)
+    array([0.   , 0.008, 0.064, 0.216, 0.512, 1.   , 0.512, 0.216, 0.064,
+           0.008, 0.   ])
+    """
+    T, firm = len(state), np.zeros(len(state))
+    edges = [0, *(np.flatnonzero(np.diff(state)) + 1), T]
+    for begin, end in zip(edges, edges[1:]):
+        if state[begin]:
+            t = np.arange(begin, end)
+            near = np.minimum(t - begin + 1 if begin else T, end - t if end < T else T)
+            firm[begin:end] = FIRM * np.minimum(near / (TAPER + 1), 1.0) ** 3
+    return firm
 
 
 def locks(ankle: np.ndarray, toe: np.ndarray, contacts: np.ndarray, floor: float,
           blend: int = BLEND) -> tuple[np.ndarray, np.ndarray]:
-    """One point for each stretch of planted frames, NaN elsewhere: the mean of where the joint was,
-    a toe at the height of the floor.
+    """One point for each stance, NaN elsewhere: the mean of where the joint was, a toe at the
+    height of the floor.
 
-    A stretch of labels a..b locks frames a..b + 1. One that begins while the foot's other joint is
-    locked, or up to `blend` frames later (that one then holds until there), gets the point nearest
-    to its own mean at the foot's length from the other's.
+    A stance is a stretch of labels a..b and locks frames a..b + 1; one that goes on after a gap of
+    up to 2 `blend` frames in which it moves no further than `SAME_PLACE` is the same stance. One
+    that begins while the foot's other joint is locked, or up to `blend` frames later (that one then
+    holds until there), gets the point nearest to its own mean at the foot's length from the
+    other's.
 
     ankle, toe : (T, 3);  contacts : (T, 2);  floor, blend : as in `lock_feet`   ->  (T, 3), (T, 3)
     """
     T, raw, points = len(ankle), (ankle, toe), np.full((2, len(ankle), 3), np.nan)
     length = float(np.median(np.linalg.norm(toe - ankle, axis=1)))
     last_end, last_which = -blend, -1                # of the lock that lasts longest so far
-    for begin, end, which in sorted((*run, which) for which in (0, 1)
-                                    for run in stretches(contacts[:, which])):
+    for begin, end, which in sorted((*run, which) for which in (0, 1) for run in _stances(
+            contacts[:, which], raw[which], 2 * blend, SAME_PLACE * length)):
         end = min(end + 1, T)
         point = raw[which][begin:end].mean(axis=0)
         point[1] = floor if which else max(point[1], floor)
@@ -133,48 +187,72 @@ def locks(ankle: np.ndarray, toe: np.ndarray, contacts: np.ndarray, floor: float
     return points[0], points[1]
 
 
-def stretches(labels: np.ndarray) -> list[tuple[int, int]]:
-    """Runs of true labels.   labels : (T,) bool  ->  (begin, end) of each, end not among them
+def _stances(labels, path, gap, near):
+    """Stretches of labels, those that are one stance together."""
+    found: list[tuple[int, int]] = []
+    for begin, end in stretches(labels):
+        if found and begin - found[-1][1] <= gap:
+            first, last = found[-1]
+            if np.linalg.norm(path[begin] - path[last - 1]) <= near:
+                found[-1] = first, end
+                continue
+        found.append((begin, end))
+    return found
 
-    >>> stretches(np.array([True, True, False, True]))
-    [(0, 2), (3, 4)]
+
+def softened(asked: np.ndarray, free: np.ndarray, far: np.ndarray) -> np.ndarray:
+    """How far a leg reaches that is asked to reach so far: the same as long as it is free, then
+    ever less, and never all of `far`.   three of (T,)  ->  (T,)
+
+    >>> softened(np.array([9.0, 9.7, 10.0, 12.0]), np.full(4, 9.7), np.full(4, 10.0)).round(2)
+    array([ 9.  ,  9.7 ,  9.89, 10.  ])
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], labels, [False]]).astype(int)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2])]
+    room = np.maximum(far - free, 1e-9 * far)
+    beyond = np.maximum(asked - free, 0.0)
+    return np.where(beyond > 0, far - room * np.exp(-beyond / room), asked)
 
 
 def lowered(raw: np.ndarray, ankles: Sequence[np.ndarray], blend: int = BLEND) -> np.ndarray:
     """How far the body goes down so that both legs reach, as far as going down helps: the largest
-    need nearby, its running mean; never beyond `DEEPEST`.
+    need nearby, smoothed; never beyond `DEEPEST`.
 
     raw : (T, 21, 3);  ankles : where the two shall be, (T, 3) each;  blend : frames   ->  (T,) >= 0
     """
     need, deepest = np.zeros(len(raw)), np.inf
     for (hip, knee, ankle, _), goal in zip(LEGS, ankles):
-        far = _leg(raw, hip, knee, ankle)[-1]
+        thigh, shin, d, *_ = _leg(raw, hip, knee, ankle)
+        far = np.maximum(d, 0.5 * (SOFT + 1) * (thigh + shin))
         x, y, z = (goal - raw[:, hip]).T
         need = np.maximum(need, -y - np.sqrt(np.maximum(far ** 2 - x ** 2 - z ** 2, 0.0)))
         deepest = min(deepest, DEEPEST * float(far.max()))
-    nearby = maximum_filter1d(np.minimum(need, deepest), 2 * blend + 1, mode="nearest")
-    return uniform_filter1d(nearby, 2 * blend + 1, mode="nearest")
+    nearby = maximum_filter1d(np.minimum(need, deepest), 4 * blend + 1, mode="nearest")
+    return gaussian_filter1d(nearby, blend, mode="nearest")
 
 
 def _leg(raw, hip, knee, ankle):
-    """Lengths of thigh and shin, and how near to the hip and how far from it the ankle may be; what
-    a leg did before it may do again.   ->  four of (T,)
+    """Lengths of thigh and shin, how far the ankle is from the hip, and how near and how far it may
+    be; what a leg did before it may do again.   ->  five of (T,)
     """
     thigh, shin, d = (np.linalg.norm(raw[:, a] - raw[:, b], axis=1)
                       for a, b in ((knee, hip), (ankle, knee), (ankle, hip)))
-    near = np.abs(thigh - shin) + (1 - STRAIGHT) * (thigh + shin)
-    return thigh, shin, np.minimum(d, near), np.maximum(d, STRAIGHT * (thigh + shin))
+    near = np.abs(thigh - shin) + 1e-3 * (thigh + shin)
+    return thigh, shin, d, np.minimum(d, near), np.maximum(d, STRAIGHT * (thigh + shin))
 
 
-def _within(centre, point, near, far):
-    """The point, or the nearest to it between two spheres."""
-    along = point - centre
-    d = np.linalg.norm(along, axis=-1)
-    along = np.where(d[:, None] > 0, along, [0.0, -1.0, 0.0])
-    return centre + along * (np.clip(d, near, far) / np.where(d > 0, d, 1.0))[:, None]
+def _of_length(vectors, length):
+    """(T, 3) in their directions, (T,) long."""
+    size = np.linalg.norm(vectors, axis=1)
+    return vectors * (length / np.where(size > 0, size, 1.0))[:, None]
+
+
+def _above(foot, least, length):
+    """The foot tilted where its tip would lie lower than `least` above the ankle, as far as it is
+    long."""
+    rise = np.clip(np.maximum(foot[:, 1], least), None, 0.999 * length)
+    level = np.linalg.norm(foot[:, [0, 2]], axis=1)
+    share = np.sqrt(np.maximum(length ** 2 - rise ** 2, 0.0)) / np.where(level > 0, level, 1.0)
+    lifted = np.stack([foot[:, 0] * share, rise, foot[:, 2] * share], axis=1)
+    return np.where((rise > foot[:, 1])[:, None], lifted, foot)
 
 
 def _at_distance(centre, point, length, floor):

@@ -62,6 +62,6 @@ def onto_skeleton(take: Take, features: np.ndarray, *, clean: bool = True) -> St
     """
     pose = fit_pose(take, decode(features, take.start))
     if clean:
-        goals = lock_feet(points(take, *pose), take.contacts, take.start.floor)
+        goals = lock_feet(points(take, *pose), take.contacts, take.toes)
         pose = fit_pose(replace(take, rotations=pose[0], translations=pose[1]), goals)
     return Stylised(with_pose(take.clip, *pose, 1.0 / FPS), points(take, *pose), features)

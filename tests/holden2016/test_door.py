@@ -129,7 +129,7 @@ def test_the_66_numbers_meet_the_73(takes):
     """The same clip by both roads, where they are the same: all but facing, floor and contacts."""
     take = takes[0]
     theirs = rows.encode(take.positions)
-    ours = bridge.to_rows(take.features, take.contacts)[:-1]
+    ours = bridge.to_rows(F.encode(take.positions, take.start.floor)[0], take.contacts)[:-1]
     lift = rows.floor_height(take.positions) - take.start.floor
     heights = range(rows.POSITIONS.start + 1, rows.POSITIONS.stop, 3)
     ours[:, heights] -= lift

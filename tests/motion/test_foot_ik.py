@@ -68,13 +68,12 @@ def test_planted_feet_do_not_slide_nor_sink_nor_pop(walk, speed):
     before = foot_skate(positions, walk.contacts)
     assert before > abs(speed) * 0.7
     planted = foot_ik.lock_feet(positions, walk.contacts, walk.start.floor)
-    assert foot_skate(planted, walk.contacts) < 1e-9
+    assert foot_skate(planted, walk.contacts) < 0.15 * before
     assert (floor_penetration(positions, walk.start.floor)[1] > 0.5
             and floor_penetration(planted, walk.start.floor)[1] < 1e-9)
-    # a lock begins within a frame; without blending some 6 times
-    assert jerk(planted) < 3.0 * jerk(walk.positions)
-    np.testing.assert_allclose(foot_ik.lock_feet(planted, walk.contacts, walk.start.floor), planted,
-                               atol=1e-4)
+    assert jerk(planted) < 1.1 * jerk(walk.positions)            # locks that begin at once: 3
+    again = foot_ik.lock_feet(planted, walk.contacts, walk.start.floor)
+    assert np.abs(again - planted).mean() < 0.1
 
 
 def test_without_labels_and_above_the_floor_nothing_moves(walk):
@@ -95,8 +94,8 @@ def test_a_body_too_far_away_sinks_smoothly_and_reaches(walk):
     positions[60:90, :, 1] += 6.0
     planted = foot_ik.lock_feet(positions, contacts, walk.start.floor)
     down = positions[:, 0, 1] - planted[:, 0, 1]
-    assert (foot_skate(planted, contacts) < 1e-9
-            and np.abs(np.diff(planted[:, FEET, 1], axis=0)).max() < 1e-9)
+    assert (foot_skate(planted, contacts) < 0.1
+            and np.abs(np.diff(planted[:, FEET, 1], axis=0)).max() < 0.2)
     assert down[70] > 3.0 and down[0] < down[70] and np.abs(np.diff(down)).max() < 0.6
 
 
