@@ -20,7 +20,8 @@ from .extend import extended
 from .features import FLOOR, FPS, LEG_RANGE, Start, encode, leg_length, root_motion, scale
 from .ground import planted_feet, resting_heights
 from .joints import BONES, HEELS, PARENTS, SLOT, Mapping, map_joints
-from .skeleton import ancestors, carrier, clip_at, forward_kinematics, with_pose
+from .skeleton import (ancestors, carrier, forward_kinematics, local_pose, resample, with_pose)
+from .strays import Strays, bridged, find_strays
 
 MARGIN = 48          # frames beyond both ends: the networks see 36 + 13 to each side of a frame
 # Turns a z-up world into a y-up one: (x, y, z) -> (x, z, -y).
@@ -39,6 +40,7 @@ class Take:
     features (T, 66), start, contacts (T, 4) : the 66 numbers, what they leave out, planted feet
     around : (T + 2 MARGIN, 66), the features with frames before and after, in which the clip goes
     on (`extend`), for networks that look to both sides of a frame
+    strays : the clip's rows that are not part of its motion, of which all the rest knows nothing
     """
 
     clip: Clip
@@ -51,6 +53,7 @@ class Take:
     start: Start
     contacts: np.ndarray = field(repr=False)
     around: np.ndarray = field(repr=False)
+    strays: Strays = field(repr=False)
 
     @property
     def toes(self) -> np.ndarray:
@@ -72,7 +75,9 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
     """
     mapping = map_joints(clip.joints, overrides, name)
     with np.errstate(over="ignore", invalid="ignore"):       # what is absurd is refused below
-        rotations, translations = clip_at(clip, FPS)
+        strays = find_strays(mapping.positions(*forward_kinematics(clip.parents,
+                                                                   *local_pose(clip))), clip.fps)
+        rotations, translations = resample(*bridged(*local_pose(clip), strays), clip.fps, FPS)
         positions = mapping.positions(*forward_kinematics(clip.parents, rotations, translations))
         upright = _Z_UP_TO_Y_UP if up_axis(positions) == "z" else np.eye(3)
         positions = positions @ upright.T
@@ -98,7 +103,7 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
         raise ValueError(f"{name}: found shoulders exactly opposite to the hips in some frame, "
                          "needed to know where the body faces")
     return Take(clip, rotations, translations, mapping, upright, positions, features, start,
-                contacts, around)
+                contacts, around, strays)
 
 
 def read_take(path: str | Path, overrides: dict[str, str] | None = None) -> Take:
@@ -113,6 +118,27 @@ def read_take(path: str | Path, overrides: dict[str, str] | None = None) -> Take
         if str(path) in str(error):
             raise
         raise ValueError(f"{path}: {error}") from None
+
+
+def with_strays(take: Take, rotations: np.ndarray,
+                translations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A new pose for the take's motion, with the rows that are not part of it as they were.
+
+    rotations (T, J, 3, 3), translations (T, J, 3), 60 frames a second  ->  the same for all rows
+    """
+    strays, every = take.strays, FPS / take.clip.fps
+    own = local_pose(take.clip)
+    counts = [round(strays.begin * every), round((take.clip.frames - strays.end) * every)]
+    rows = [(np.arange(n) / every).astype(int) + first for n, first in zip(counts, (0, strays.end))]
+    lost = np.flatnonzero(strays.lost[strays.begin:strays.end])
+    at = np.rint(np.arange(len(rotations)) / every).astype(int)
+    found = []
+    for new, old in zip((rotations, translations), own):
+        new = new.copy()
+        back = np.isin(at, lost)
+        new[back] = old[strays.begin + at[back]]
+        found.append(np.concatenate([old[rows[0]], new, old[rows[1]]]))
+    return found[0], found[1]
 
 
 def up_axis(positions: np.ndarray) -> str:

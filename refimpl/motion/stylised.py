@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .body import Take, fit_pose, points
+from .body import Take, fit_pose, points, with_strays
 from .clip import Clip
 from .features import FPS, decode
 from .foot_ik import lock_feet
@@ -24,8 +24,9 @@ class Stylised:
     as the network left them, in the take's unit;
     astray : mean distance of the path of T(I) from the content's, and way : the length of the
     content's, in legs;
-    kept : whether the content's path was kept instead;  strangeness : of the content
-    (`known.Known`), NaN where the style does not know
+    kept : whether the content's path was kept instead;  strays : what is said of rows that were
+    left as they are;  strangeness : of the content (`known.Known`), NaN where the style does not
+    know
     """
 
     clip: Clip
@@ -34,12 +35,13 @@ class Stylised:
     astray: float = float("nan")
     way: float = float("nan")
     kept: bool = False
+    strays: str = ""
     strangeness: float = float("nan")
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Why not to trust this result."""
-        said = []
+        said = [self.strays] if self.strays else []
         if self.strangeness > STRANGE:
             said.append(
                 "the clip is nothing like what the style learnt on (it lies "
@@ -64,4 +66,5 @@ def onto_skeleton(take: Take, features: np.ndarray, *, clean: bool = True) -> St
     if clean:
         goals = lock_feet(points(take, *pose), take.contacts, take.toes)
         pose = fit_pose(replace(take, rotations=pose[0], translations=pose[1]), goals)
-    return Stylised(with_pose(take.clip, *pose, 1.0 / FPS), points(take, *pose), features)
+    return Stylised(with_pose(take.clip, *with_strays(take, *pose), 1.0 / FPS), points(take, *pose),
+                    features, strays=take.strays.said())

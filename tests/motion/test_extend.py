@@ -52,7 +52,7 @@ def test_a_short_clip_comes_to_rest(frames):
 
 def test_the_66_numbers_hardly_know_where_a_clip_was_cut():
     take = make_take(WALK.clip)
-    cut = make_take(replace(WALK.clip, values=WALK.clip.values[20:]))    # 30 frames a second
+    cut = make_take(replace(WALK.clip, values=WALK.clip.values[40:]))
     frames = len(cut.positions)
     alone, _ = features.encode(cut.positions)
     here, unread = (np.abs(take.features[-frames:, :63] - f[:, :63])[:20].max()
