@@ -61,6 +61,57 @@ def foot_contacts(positions: np.ndarray, *, floor: float) -> np.ndarray:
     return found
 
 
+def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """One joint after the other."""
+    T, leg = len(positions), _leg(positions)
+    rests, worst = [], []
+    paths = [_smoothed(np.array([_nearest_to_all([positions[min(max(t + k, 0), T - 1), foot]
+                                                  for k in (0, -2, -1, 1, 2)])
+                                 for t in range(T)]), 1.0) for foot in FEET]
+    for path in paths:
+        speed = [math.dist(path[min(t + 1, T - 1)], path[max(t - 1, 0)])
+                 / max(min(t + 1, T - 1) - max(t - 1, 0), 1) / (0.0148 * leg) for t in range(T)]
+        still = [path[t][1] for t in range(T) if speed[t] < 0.5]
+        heights = sorted(still if len(still) >= max(4, 0.02 * T) else [p[1] for p in path])
+        at = 0.05 * (len(heights) - 1)
+        low = heights[int(at)]
+        low += (at - int(at)) * (heights[min(int(at) + 1, len(heights) - 1)] - low)
+        rests.append(float(np.median([h for h in heights if abs(h - low) <= 0.0125 * leg])))
+        worst.append(speed)
+    rests = [min(rests[n], rests[(n + 2) % 4]) if rests[n] > rests[(n + 2) % 4] + 0.08 * leg
+             else rests[n] for n in range(4)]
+    labels = np.zeros((T, 4), int)
+    for n, path in enumerate(paths):
+        bad = [max(s, (p[1] - rests[n]) / (0.0375 * leg)) for s, p in zip(worst[n], path)]
+        runs = [r for r in _runs([b < 1.1 for b in bad]) if min(bad[r[0]:r[1]]) < 1 / 1.1]
+        joined: list[tuple[int, int]] = []
+        for a, b in runs:
+            if joined and a - joined[-1][1] <= 4:
+                a = joined.pop()[0]
+            joined.append((a, b))
+        for a, b in joined:
+            labels[a:b, n] = b - a >= 4 or a == 0 or b == T
+    return np.array(rests), labels
+
+
+def _nearest_to_all(points):
+    """The first is the middle one, which wins among equals."""
+    sums = [sum(math.dist(p, q) for q in points) for p in points]
+    sums[0] *= 1 - 1e-9
+    return points[sums.index(min(sums))]
+
+
+def _runs(labels):
+    found, begin = [], None
+    for t, label in enumerate([*labels, False]):
+        if label and begin is None:
+            begin = t
+        if not label and begin is not None:
+            found.append((begin, t))
+            begin = None
+    return found
+
+
 def _turned(v, yaw):
     """About the vertical: what looks along z then looks along (sin yaw, 0, cos yaw)."""
     c, s = math.cos(yaw), math.sin(yaw)

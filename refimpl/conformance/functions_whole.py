@@ -10,7 +10,7 @@ import numpy as np
 from ..holden2016 import rows, search
 from ..holden2017 import losses, networks, objective, train
 from ..holden2017.networks import Reconstruction
-from ..motion import features as numbers, feet, windows
+from ..motion import features as numbers, feet, ground, windows
 from ..nn.adam import annealed
 from ..torresani2006 import align, regress, synthesise
 from .functions_holden import T_NAMES
@@ -49,6 +49,25 @@ def foot_contacts(positions: np.ndarray, *, floor: float) -> np.ndarray:
     before it again; a single frame stands still.
     """
     return feet.foot_contacts(positions, floor).astype(int)
+
+
+def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where each of the four foot joints rests on this body, and in which frames it is planted.
+
+    1. Of each five frames (the clip's ends repeated) the position nearest to the other four, by the
+       sum of distances, the middle one of equals; then gaussian_filter1d(..., 1, mode="nearest")
+       over time. Speed: |np.gradient(path)|. leg as for `floor_height`.
+    2. Still is below 0.5 * 0.0148 legs a frame. Of the heights of still frames (of all frames where
+       fewer than 4, or 2 %, are still) the 5 % quantile q (linear), then the median of those within
+       0.0125 legs of q. A joint that rests 0.08 legs above the other foot's rests there instead.
+    3. worst = the larger of speed / 0.0148 legs and height above rest / 0.0375 legs. A stance is a
+       run with worst < 1.1 that goes below 1 / 1.1; runs at most 4 frames apart are one; then those
+       of fewer than 4 frames are none, unless they touch an end of the clip.
+
+    positions : (T, 21, 3), y up, 60 frames a second
+    ->  heights (4,), whole numbers (T, 4): left heel (Foot), left toe, right heel, right toe
+    """
+    return ground.resting_heights(positions), ground.planted_feet(positions)[1].astype(int)
 
 
 def motion_to_numbers(positions: np.ndarray, *, floor: float) -> tuple[np.ndarray, np.ndarray]:

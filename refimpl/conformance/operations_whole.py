@@ -49,6 +49,15 @@ def _positions(rng, **floor):
             Sample("one frame", (walker(rng, 1),), floor)]
 
 
+def _ground_samples(rng):
+    bad, held, noisy = (walker(rng, 80) for _ in range(3))
+    bad[[10, 40]] -= [0.0, 0.3, 0.0]
+    held[:, FEET[2:], 1] += 0.4
+    noisy += rng.standard_normal(noisy.shape) * 0.002
+    return [*_positions(rng), Sample("two bad rows", (bad,)), Sample("a foot held up", (held,)),
+            Sample("noise", (noisy,)), Sample("long", (walker(rng, 200),))]
+
+
 def _bad_positions(**floor):
     good = walker(np.random.default_rng(0), 5)
     hole = good.copy()
@@ -192,6 +201,7 @@ OPERATIONS = (
     _one(functions.floor_height, "positions", _positions, "2017, section 3.1"),
     _one(functions.foot_contacts, "positions", lambda rng: _positions(rng, floor=0.02),
          "2017, section 3.1"),
+    _one(functions.planted_feet, "positions", _ground_samples, "2017, section 3.1"),
     _one(functions.motion_to_numbers, "positions", lambda rng: _positions(rng, floor=0.02),
          "2017, section 3.1", lambda: _bad_positions(floor=0.0)),
     _one(functions.numbers_to_motion, "features start", _number_samples, "2017, section 3.1",
