@@ -104,6 +104,7 @@ def _parse(lines, name):
 def _parse_motion(lines, joints, name):
     """The MOTION part: Frames, Frame Time and the table of numbers."""
     number, frames = _labelled(lines, "Frames:", name)
+    counted_at = number
     if not re.fullmatch(r"0*[1-9][0-9]{0,8}", frames):
         raise BVHError(f"{name}:{number}: found Frames: {quote(frames)}, needed a whole number of "
                        "frames from 1 on")
@@ -117,12 +118,15 @@ def _parse_motion(lines, joints, name):
         if text is None:
             break
         if len(rows) == int(frames):
-            raise BVHError(f"{name}:{number}: found more rows of motion, needed {int(frames)} as "
-                           "Frames: says")
+            count = len(rows) + 1 + sum(text is not None for _, text in lines)
+            raise BVHError(f"{name}:{number}: found {count} rows of motion, needed {int(frames)} as "
+                           f"Frames: says; write Frames: {count} in line {counted_at}, or take rows "
+                           "away")
         rows.append(_parse_row(text, width, f"{name}:{number}"))
     if len(rows) < int(frames):
         raise BVHError(f"{name}:{number}: found {len(rows)} rows of motion, needed {int(frames)} "
-                       "as Frames: says; was the file cut off?")
+                       f"as Frames: says; was the file cut off? If not, write Frames: {len(rows)} "
+                       f"in line {counted_at}")
     return Clip(joints, float(frame_time), np.array(rows).reshape(len(rows), width))
 
 

@@ -17,7 +17,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 import numpy as np
 
-from ..motion.features import checked_positions, facing
+from ..motion.features import checked_positions, facing, leg_length
+from ..motion.ground import resting_heights
 from ..motion.joints import SLOT
 from ..storage import atomic_write
 
@@ -29,7 +30,7 @@ _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 VIEWS = {"three-quarter": (-62.0, 10.0), "side": (-90.0, 0.0), "front": (0.0, 0.0),
          "above": (-90.0, 90.0)}
 DPI = 120
-HEAD_RADIUS = 0.125                                              # in legs
+HEAD_RADIUS, SOLE = 0.125, 0.053                                 # in legs
 
 _LIMBS = {"leg": ("Hips", "{}UpLeg", "{}Leg", "{}Foot", "{}Toe"),
           "arm": ("Chest", "{}Arm", "{}ForeArm", "{}Hand", "{}Finger")}
@@ -152,6 +153,12 @@ def move_pose(artists: dict[str, Any], pose: np.ndarray, view: View = "three-qua
     return artists
 
 
+def ground_height(positions: np.ndarray) -> float:
+    """Where the soles of a motion stand: below its resting toe joints by what a shoe takes, 0.053
+    of a leg.   positions : (T, 21, 3)  ->  y"""
+    return float(resting_heights(positions)[1::2].min() - SOLE * leg_length(positions))
+
+
 def facing_forward(positions: np.ndarray) -> np.ndarray:
     """The motion turned and moved over the floor: its first pose faces +z above the origin.
 
@@ -169,7 +176,7 @@ def strip(motions: Mapping[str, np.ndarray], path: str | Path | None = None, *,
     Holden et al. 2017.
 
     Each pose is drawn at its own place whatever way it has gone, so that none covers another; all
-    rows have one scale.
+    rows have one scale, and the ground that the first motion stands on.
 
     motions : {label: (T, 21, 3)}
     path : also save a PNG there
@@ -177,6 +184,8 @@ def strip(motions: Mapping[str, np.ndarray], path: str | Path | None = None, *,
     fps : frames a second
     """
     motions = {label: facing_forward(p) for label, p in checked_motions(motions).items()}
+    ground = ground_height(next(iter(motions.values())))
+    motions = {label: p - [0.0, ground, 0.0] for label, p in motions.items()}
     longest = max(len(positions) for positions in motions.values())
     every = max(1, round(longest / 14)) if every is None else every
     if every < 1 or every != int(every):

@@ -188,3 +188,12 @@ def test_a_frame_time_that_no_reader_takes_is_not_written(time, tmp_path):
     with pytest.raises(bvh.BVHError, match="^clip"):
         bvh.write_bvh(tmp_path / "a.bvh",
                       replace(synthetic.make_clip(seconds=0.1).clip, frame_time=time))
+
+
+@pytest.mark.parametrize("said, found", [(3, 2), (2, 5)])
+def test_a_wrong_number_of_rows_is_told_with_the_line_that_mends_it(said, found):
+    head = "HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\n}\n"
+    text = head + f"MOTION\nFrames: {said}\nFrame Time: 0.1\n" + "1.0\n" * found
+    with pytest.raises(BVHError, match=f"found {found} rows of motion, needed {said} as "
+                       f"Frames: says.* write Frames: {found} in line 8"):
+        bvh.parse_bvh(text)

@@ -11,6 +11,7 @@ import pytest
 
 from refimpl.pictures import player as animate, plot
 from refimpl.motion import skeleton
+from refimpl.motion.body import make_take
 from refimpl.motion.joints import SLOT
 from refimpl.embedded.walkers import make_clip
 
@@ -183,3 +184,12 @@ def test_a_notebook_shows_figures_and_players(motions):
     shown = animate.show({"a": motions["result"]}, 60.0, frames=6, caption="whose <motion>")
     assert (shown._repr_html_() == str(shown) and "new Animation(" in shown
             and "whose &lt;motion&gt;" in shown and len(repr(shown)) < 80)
+
+
+def test_the_ground_is_drawn_where_the_feet_stand():
+    positions = make_take(make_clip("walk", "normal", seconds=2.0).clip).positions
+    for lift in (0.0, 100.0):
+        assert abs(plot.ground_height(positions + [0.0, lift, 0.0]) - lift) < 0.5
+    heights = [ax.get_ylim() for ax in plot.strip({"a": positions}).axes
+               + plot.strip({"a": positions + [0.0, 100.0, 0.0]}).axes]
+    np.testing.assert_allclose(heights[0], heights[1], atol=1e-6)
