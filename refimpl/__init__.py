@@ -5,7 +5,7 @@ The rooms, from the ground floor up; imports only point downwards:
 
 - `refimpl.nn`: what is a gradient? Each operation a pure function `f(x, ...)` with its
   `f_backward(dy, x, ...)` right below it, and Adam. Knows nothing of motion. Begin with `nn.gram`.
-- `refimpl.gradcheck`: is a gradient right? The instruments that prove it.
+- `refimpl.gradcheck`: is a gradient right? The instruments that check it.
 - `refimpl.motion`: what is a motion? BVH files, rotations, the 21 joints, the 66 numbers a frame
   and back, contacts, windows. Begin with `motion.features`.
   `refimpl.embedded`: motion made by formulas.

@@ -269,7 +269,8 @@ def test_raw_leaves_the_feet_as_the_network_has_them(models, folder, tmp_path):
                      str(tmp_path / "out.bvh"), *flag]) == 0
         results[flag] = take.read_take(tmp_path / "out.bvh").positions
     contacts = take.read_take(folder / "walk_normal_1.bvh").contacts
-    assert foot_skate(results[()], contacts) < 0.01 < 1.0 < foot_skate(results["--raw",], contacts)
+    slides = [foot_skate(results[flag], contacts) for flag in ((), ("--raw",))]
+    assert slides[0] < 0.3 * slides[1] and slides[1] > 1.0
 
 
 @pytest.mark.parametrize("arguments, words", [

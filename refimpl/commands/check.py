@@ -15,11 +15,14 @@ from ..conformance import OPERATIONS, cases, judge_all, load_backend, reference
 from ..conformance.apart import Request, judge_apart
 from ..conformance.backend import meant, read_expected_failures
 from ..conformance.cases import PROFILES, known_operation
-from ..conformance.explain import explain
+from ..conformance.explain import explain, listed
 from ..conformance.golden import export, read_folder
+from ..conformance.program import judge_program
 from ..conformance.prove import prove
 from ..conformance.report import (failures, idle_patterns, last_line, misspelt, proof_table, row,
                                   table, verdict, write_junit)
+from ..conformance.schema import PROTOCOL
+from ..conformance.stub import HEADS, stub
 from .options import (InputFolder, InputPath, OutputFolder, OutputPath, number, whole,
                       write_report)
 
@@ -39,6 +42,9 @@ def add_commands(commands: Any) -> None:
         "vectors.", epilog=EXIT)
     check.add_argument("backend", nargs="?", metavar="MODULE:OBJECT",
                        help="a mapping of operation names to callables, imported from here")
+    check.add_argument("--command", metavar="PROGRAM",
+                       help="judge a program in any language, by the profile small unless another "
+                       f"is asked for. {PROTOCOL}")
     check.add_argument("--golden", metavar="DIR", type=InputFolder,
                        help="judge by the vectors that `refimpl export` wrote to this folder")
     check.add_argument("--json", metavar="FILE", type=OutputPath,
@@ -68,6 +74,12 @@ def add_commands(commands: Any) -> None:
     check.add_argument("--explain", metavar="OPERATION",
                        help="print an operation's arguments, shapes, units, defaults and "
                        "conventions, and stop")
+    check.add_argument("--list", action="store_true",
+                       help="print every operation, its gradient, and where it comes from, and "
+                       "stop")
+    check.add_argument("--stub", choices=HEADS, metavar="LIBRARY",
+                       help="print a Python file to fill in, with every operation as a function of "
+                       "numpy, torch or jax that is not written yet, and stop")
     check.set_defaults(run=run_check, also_reads=_module)
 
     golden = commands.add_parser(
@@ -93,7 +105,18 @@ def run_check(arguments: argparse.Namespace) -> int:
     """
     if arguments.explain is not None:
         return _explain(arguments)
+    if arguments.list:
+        print("\n".join(listed()))
+        return 0
     operations = _names("--operations", arguments.operations)
+    if arguments.stub is not None:
+        for name in operations or ():
+            known_operation(name)
+        print(stub(arguments.stub, operations), end="")
+        return 0
+    if arguments.command is not None and (arguments.backend is not None or arguments.in_process):
+        raise ValueError(f"--command: found {arguments.backend or '--in-process'} beside it, "
+                         "needed one thing to judge, in a process of its own; leave one out")
     if arguments.golden is not None:
         if arguments.seed is not None:
             raise ValueError(f"--seed: found {arguments.seed} beside --golden, whose vectors have "
@@ -102,7 +125,7 @@ def run_check(arguments: argparse.Namespace) -> int:
             raise ValueError(f"--profile: found {arguments.profile} beside --golden, whose vectors "
                              "are what they are; leave it out")
         return _judge(arguments, *_golden_cases(arguments.golden, operations))
-    if arguments.backend is None:
+    if arguments.backend is None and arguments.command is None:
         return _prove(arguments, arguments.seed or 0, operations)
     for name in operations or ():
         known_operation(name)
@@ -158,15 +181,18 @@ def _judge(arguments, chosen, complaints, operations=None):
         dict.fromkeys(case.operation.name for case in chosen))
     there = _functions(names) if chosen is None else {case.function for case in chosen}
     required = _required(arguments.require, there) if there or not complaints else set()
-    if arguments.backend is None or arguments.in_process:
+    if chosen is None:
+        chosen = (case for name in names for case in cases(
+            operations=[name], seed=arguments.seed or 0, profile=_profile(arguments)))
+    if arguments.command is not None:
+        backend, *outcomes = judge_program(arguments.command, chosen, patterns,
+                                           time_limit=arguments.time_limit)
+    elif arguments.backend is None or arguments.in_process:
         backend = load_backend(arguments.backend) if arguments.backend else reference()
-        if chosen is None:
-            chosen = (case for name in names for case in cases(
-                operations=[name], seed=arguments.seed or 0, profile=arguments.profile or "core"))
         outcomes = list(judge_all(backend, chosen, patterns))
     else:
         backend, *outcomes = judge_apart(Request(
-            arguments.backend, tuple(names), arguments.seed or 0, arguments.profile or "core",
+            arguments.backend, tuple(names), arguments.seed or 0, _profile(arguments),
             arguments.golden, tuple(patterns), arguments.time_limit, arguments.memory_limit))
     idle = idle_patterns(patterns, outcomes)
     said = "disagrees" if complaints or idle else verdict(outcomes, required)
@@ -188,6 +214,10 @@ def _judge(arguments, chosen, complaints, operations=None):
     if arguments.junit:
         write_junit(arguments.junit, backend, outcomes, complaints)
     return 0 if said == "agrees" else 1
+
+
+def _profile(arguments):
+    return arguments.profile or ("core" if arguments.command is None else "small")
 
 
 def _complaint(words):
@@ -223,7 +253,7 @@ def _write(arguments, backend, rows, said):
     settings = {"backend": backend.name, "tolerances": dict(backend.tolerances),
                 "seed": arguments.seed or 0, "golden": arguments.golden,
                 "operations": arguments.operations, "require": arguments.require,
-                "profile": arguments.profile or "core", "time limit": arguments.time_limit,
+                "profile": _profile(arguments), "time limit": arguments.time_limit,
                 "xfail": arguments.xfail, "numpy": np.__version__,
                 "blas threads": os.environ.get("OPENBLAS_NUM_THREADS", "")}
     unknown = [{"name": name, "nearest": near} for name, near in backend.unknown]

@@ -7,15 +7,16 @@ against itself.
 - `definitions_*`: everything a second time, in loops.   `rivals*`: conventions that others follow.
 - `cases`: what is tried.   `backend`: who is tried.   `judge`: the verdict.
   `report`: for people and for machines.
+- `stub`: a backend to fill in.   `adapted`: another library's functions as one.
 - `prove`: the reference against its second derivation and the instruments of `gradcheck`.
 - `golden`: inputs and outputs as files for readers without Python.
 - `strategies`: hypothesis strategies of valid inputs (imported by name only; needs hypothesis).
 """
 
 from .backend import OPERATIONS, Backend, BackendError, as_backend, load_backend, reference
-from .cases import Case, case, cases
+from .cases import Case, case, cases, parametrize
 from .judge import Outcome, judge, judge_all
 
 __all__ = [
     "OPERATIONS", "Backend", "BackendError", "Case", "Outcome", "as_backend", "case", "cases",
-    "judge", "judge_all", "load_backend", "reference"]
+    "judge", "judge_all", "load_backend", "parametrize", "reference"]

@@ -7,6 +7,7 @@ from typing import Any
 
 from .backend import OPERATIONS, as_backend, meant
 from .calls import Case
+from .capabilities import covering
 from .specification import Operation
 from .variations import (COARSE, generator, ground_of, in_float32, of_coarse, of_ground,
                          of_samples)
@@ -24,10 +25,6 @@ def cases(*, seed: int = 0, operations: Iterable[str] | None = None,
     products and sums of such numbers allow
     ->  list of Case.   Raises ValueError for an unknown operation or profile.
 
-        @pytest.mark.parametrize("case", conformance.cases(supported_by=MINE), ids=str)
-        def test_conformance(case):
-            case.check(MINE)
-
     >>> [str(c) for c in cases(operations=["gram"]) if c.kind == "refused"]
     ['gram/two dimensions/forward/refused', 'gram/two dimensions/forward/refused, float32']
     """
@@ -41,6 +38,33 @@ def cases(*, seed: int = 0, operations: Iterable[str] | None = None,
         functions = as_backend(supported_by).functions
         found = [case for case in found if case.function in functions]
     return found
+
+
+def parametrize(backend: Any, *, operations: Iterable[str] | None = None, profile: str = "small",
+                seed: int = 0) -> Any:
+    """A decorator for pytest: one test for each case of what a backend offers.
+
+    backend : whatever `as_backend` takes;  operations, profile, seed : as for `cases`
+
+        @conformance.parametrize(MINE)
+        def test_mine(case, backend):
+            case.check(backend)
+
+    Each is called after its case's id, in the same order in every process.
+    Raises ValueError for an unknown operation or profile, and where nothing is offered.
+    """
+    import pytest
+    mine = as_backend(backend)
+    if operations is None:
+        operations = [name for name in OPERATIONS
+                      if {name, f"{name}_backward"} & set(mine.functions)]
+    chosen = [case for case in cases(seed=seed, operations=operations, supported_by=mine,
+                                     profile=profile) if not covering(case, mine.lacks)]
+    if not chosen:
+        raise ValueError(f"operations: found {', '.join(operations)}, needed some that the backend "
+                         "offers")
+    return pytest.mark.parametrize("case, backend", [
+        pytest.param(case, mine, id=case.id) for case in chosen])
 
 
 def known_operation(name: str) -> None:

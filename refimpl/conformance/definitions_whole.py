@@ -37,9 +37,8 @@ def facing_direction(positions: np.ndarray) -> np.ndarray:
 
 
 def _leg(positions):
-    lengths = [math.dist(frame[hip], frame[knee]) + math.dist(frame[knee], frame[heel])
-               for hip, knee, heel, _ in LEGS for frame in positions]
-    return float(np.median(lengths))
+    return float(np.median([math.dist(p[hip], p[knee]) + math.dist(p[knee], p[heel])
+                            for hip, knee, heel, _ in LEGS for p in positions]))
 
 
 def floor_height(positions: np.ndarray) -> float:
@@ -78,8 +77,8 @@ def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         low += (at - int(at)) * (heights[min(int(at) + 1, len(heights) - 1)] - low)
         rests.append(float(np.median([h for h in heights if abs(h - low) <= 0.0125 * leg])))
         worst.append(speed)
-    rests = [min(rests[n], rests[(n + 2) % 4]) if rests[n] > rests[(n + 2) % 4] + 0.08 * leg
-             else rests[n] for n in range(4)]
+    rests = [min(own, other) if own > other + 0.08 * leg else own
+             for own, other in zip(rests, rests[2:] + rests[:2])]
     labels = np.zeros((T, 4), int)
     for n, path in enumerate(paths):
         bad = [max(s, (p[1] - rests[n]) / (0.0375 * leg)) for s, p in zip(worst[n], path)]
@@ -95,21 +94,14 @@ def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _nearest_to_all(points):
-    """The first is the middle one, which wins among equals."""
     sums = [sum(math.dist(p, q) for q in points) for p in points]
-    sums[0] *= 1 - 1e-9
-    return points[sums.index(min(sums))]
+    return points[0 if sums[0] * (1 - 1e-9) <= min(sums) else sums.index(min(sums))]
 
 
 def _runs(labels):
-    found, begin = [], None
-    for t, label in enumerate([*labels, False]):
-        if label and begin is None:
-            begin = t
-        if not label and begin is not None:
-            found.append((begin, t))
-            begin = None
-    return found
+    around = [False, *labels, False]
+    edges = [t for t in range(len(labels) + 1) if around[t] != around[t + 1]]
+    return list(zip(edges[::2], edges[1::2]))
 
 
 def _turned(v, yaw):
@@ -191,7 +183,7 @@ def normaliser(features: np.ndarray, contacts: np.ndarray, *,
 def project(X: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
     """Equations 1 and 2 on an even number of frames."""
     T = X.shape[2]
-    even = X if T % 2 == 0 else X[:, :, [*range(T), T - 1]]
+    even = X[:, :, [*range(T), *[T - 1] * (T % 2)]]
     return paper.decode(paper.encode(even, W0, b0), W0, b0)[:, :, :T]
 
 
@@ -295,8 +287,7 @@ def style_search(content: np.ndarray, style: np.ndarray, start: np.ndarray, We: 
     contacts, wanted = content[None, :, CONTACTS].swapaxes(1, 2), tail[None, :, :3].swapaxes(1, 2)
     H = _down(_seen(after), _constrained, constraint_iterations)
     before = _motion(H)[0].T
-    result = np.array([[*row[:TRAJECTORY.start], *end] for row, end in zip(before, tail)])
-    return result, after, before
+    return np.hstack([before[:, :TRAJECTORY.start], tail]), after, before
 
 
 def cluster_threshold(ssd: np.ndarray, *, count: int) -> float:

@@ -1,18 +1,51 @@
-"""Golden vectors: inputs and outputs as files that can be read without Python.
+r"""Golden vectors: inputs and answers as files that can be read without Python.
 
-A folder holds `manifest.json` and, for each case, `vectors/NAME.npz`: a zip of `.npy` arrays,
-stored without compression, little-endian, in C order (the .npy format is a one-line text header
-before the numbers). Inputs are stored, never seeds: random streams change, numbers do not.
+    manifest.json          all cases, and what the words of a case mean; written last, so that a
+                           folder that has it is complete
+    manifest.schema.json   the JSON Schema (draft 2020-12) that it satisfies
+    README.txt             this text
+    vectors/NAME/          a case: case.json, inputs (in0.npy, attribute_bones.npy ...), answers
+                           (out0.npy ...) and how far each element may be off (allowed0.npy ...)
+    vectors/NAME.npz       the same arrays in one file: a zip, without compression, of those .npy
 
-The manifest holds the SHA-256 of every file, and of itself: of its JSON text without the key
-"sha256", keys sorted, no spaces, ASCII. A folder that is not as it was exported certifies nothing:
-`read_folder` says what is wrong and hands out no case.
+A case names a function (an operation, or its gradient with _backward behind the name), its inputs
+and what must come of them:
+
+    arguments    in their order: {"name": "x", "array": "in0", "dtype": "float64", "shape": [2, 9]},
+                 whose numbers are in in0.npy, or {"name": "width", "value": 2, "default": true}. A
+                 gradient takes the upstream gradient first.
+    attributes   the options by name, given in the same way. None is left out: those that a caller
+                 need not give have "default": true.
+    outputs      in their order: name, array, dtype and shape that an answer must have, and the
+                 array that it is judged by. null: there is none, as the gradient of what is null.
+                 Expected answers are in float64 even where an answer must be in float32.
+
+In manifest.json "allowed", "bound" and "exact" say how an answer is judged; "operations" has for
+each operation its formula, arguments, options with their defaults, and the names of its outputs and
+gradients; "constants" what the formulas name; "conventions" what is done where the mathematics
+leaves a choice. The folder holds inputs, never seeds: random streams change, numbers do not.
+
+A .npy file has the bytes 93 4E 55 4D 50 59 01 00, two bytes with the length of a header (all
+numbers are little-endian), the header, such as
+
+    {'descr': '<f8', 'fortran_order': False, 'shape': (2, 3, 9), }
+
+filled up with spaces and a line feed, and the numbers, last axis fastest: <f8, <f4 floating point,
+<i8, <i4 ... and |u1 whole numbers, |b1 a byte of 0 or 1. The shape () is that of one number.
+case.json has a key a line and ": " and ", " between what it holds: whoever has no parser may look
+for "stride": {"value": .
+
+"files" holds the SHA-256 of every file, "sha256" of a case that of its .npz. The last "sha256" is
+that of manifest.json itself with 64 zeros in its place. A folder that is not as it was exported
+certifies nothing: `refimpl check --golden` says what is wrong.
 """
 
+from collections import Counter
 from collections.abc import Iterable
+import contextlib
 import hashlib
+import io
 import json
-import math
 import os
 from pathlib import Path
 import re
@@ -22,23 +55,22 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..nn.conventions import CONVENTIONS
+from ..gradcheck.difference import largest
 from ..storage import FormatError, atomic_write, read_arrays
-from .backend import LOOSEST, OPERATIONS, TOLERANCES, nearest, reference
-from .calls import EXACT, Case
+from .backend import OPERATIONS, nearest, reference
+from .calls import Case
 from .cases import cases
+from .schema import FORMAT, PROTOCOL, SCHEMA, VERSION, facts, mistakes
+from .vectors import case_files, described, options, with_answers
 
-FORMAT, VERSION = "golden vectors", 2
-KEYS = {"id": str, "operation": str, "function": str, "equation": str, "precision": str,
-        "file": str, "sha256": str, "arguments": list, "attributes": dict, "outputs": list}
+ZEROS = 64 * "0"
 
 
 def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | None = None) -> int:
     """Write all cases that have outputs.   ->  number of cases
 
-    Everything is written before the manifest, which is written last and whole: a folder with a
-    manifest is complete. Vectors of an earlier export that are no part of this one are taken away;
-    other files stay.
+    Everything is written before the manifest, which is written last and whole. Vectors of an
+    earlier export that are no part of this one are taken away; other files stay.
     """
     folder = Path(folder)
     (folder / "vectors").mkdir(parents=True, exist_ok=True)
@@ -47,68 +79,67 @@ def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | Non
     entries = [_write_case(folder, case)
                for case in cases(seed=seed, operations=operations, profile="small")
                if case.kind in ("float64", "float32", "empty batch")]
-    for name in earlier - {entry["file"] for entry in entries}:
+    for name in earlier - {name for entry in entries for name in _files(entry)}:
         (folder / name).unlink(missing_ok=True)
-    manifest = {
-        "format": FORMAT, "version": VERSION, "made_by": f"refimpl {__version__}",
-        "arrays": "(clips, channels, frames); filters (outputs, inputs / groups, width)",
-        "bound": "largest difference allowed, in units of the largest element of the expected "
-                 "array (of 1 where all are 0)",
-        "conventions": [{"where": c.where, "here": c.here,
-                         "rivals": [f"{r}: {who}" for r, who in c.rivals]} for c in CONVENTIONS],
-        "cases": entries}
-    with atomic_write(folder / "manifest.json") as file:
-        json.dump({**manifest, "sha256": manifest_hash(manifest)}, file, indent=1)
-        file.write("\n")
+        with contextlib.suppress(OSError):                       # other files may lie there
+            (folder / name).parent.rmdir()
+    texts = {"README.txt": f"{__doc__}\nAnother program is judged by `refimpl check --command`."
+             f"\n\n{PROTOCOL}\n", "manifest.schema.json": json.dumps(SCHEMA, indent=1) + "\n"}
+    for name, text in texts.items():
+        _write(folder / name, text.encode("ascii"))
+    manifest = {"format": FORMAT, "version": VERSION, "made_by": f"refimpl {__version__}",
+                **facts(), "cases": entries,
+                "files": {name: _hash(text.encode("ascii")) for name, text in texts.items()},
+                "sha256": ZEROS}
+    text = json.dumps(manifest, indent=1) + "\n"
+    text = text.replace(ZEROS, manifest_hash(text, ZEROS))
+    _write(folder / "manifest.json", text.encode("ascii"))
     return len(entries)
+
+
+def _write(path, data):
+    with atomic_write(path, "wb") as file:
+        file.write(data)
+
+
+def _hash(data):
+    return hashlib.sha256(data).hexdigest()
+
+
+def manifest_hash(text: str, stated: str) -> str:
+    """SHA-256 of the text of a manifest with zeros in the place of the hash that it states."""
+    return _hash(text.replace(stated, ZEROS).encode("utf-8"))
+
+
+def _files(entry):
+    """What the manifest lists for a case.   ->  {name: SHA-256}"""
+    return {entry["file"]: entry["sha256"],
+            **{f"{entry['folder']}/{name}": digest for name, digest in entry["files"].items()}}
 
 
 def _listed(folder):
     """The vectors of an export that stands in the folder already."""
     try:
-        entries = read_manifest(folder)["cases"]
-    except FormatError:
+        found = [name for entry in read_manifest(folder)["cases"] for name in _files(entry)]
+    except (FormatError, LookupError, TypeError, AttributeError):
         return set()
-    return {e["file"] for e in entries if isinstance(e, dict) and _is_vector(e.get("file"))}
-
-
-def _is_vector(name):
-    return isinstance(name, str) and bool(re.fullmatch(r"vectors/[a-z0-9-]+\.npz", name))
-
-
-def manifest_hash(manifest: dict[str, Any]) -> str:
-    """SHA-256 of a manifest without its own key "sha256", however its text is laid out."""
-    rest = {key: value for key, value in manifest.items() if key != "sha256"}
-    text = json.dumps(rest, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode("ascii")).hexdigest()
+    return {name for name in found if re.fullmatch(
+        r"vectors/[a-z0-9-]+(\.npz|/\w+\.(npy|json))", str(name))}
 
 
 def _write_case(folder, case):
     """Write a case's vectors.   ->  its entry in the manifest"""
-    arrays: dict[str, Any] = {}
-
-    def _stored(label, value, **more):
-        if not isinstance(value, np.ndarray):
-            return {**more, "value": list(value) if isinstance(value, tuple) else value}
-        arrays[label] = np.asarray(value, dtype=value.dtype.newbyteorder("<"), order="C")
-        return {**more, "array": label}
-    entry = {
-        "id": case.id, "operation": case.operation.name, "function": case.function,
-        "equation": case.operation.equation, "precision": case.precision, "file": "", "sha256": "",
-        "arguments": [_stored(f"in{number}", value, name=name) for number, (name, value)
-                      in enumerate(zip(case.names, case.arguments))],
-        "attributes": {key: _stored(f"attribute_{key}", value)
-                       for key, value in case.attributes.items()},
-        "outputs": [None if value is None else
-                    {**_stored(f"out{number}", value), "shape": list(value.shape), "bound": bound}
-                    for number, (value, bound) in enumerate(zip(case.expected, case.bounds()))]}
-    name = re.sub(r"[^a-z0-9]+", "-", case.id.lower()).strip("-")
-    path = folder / "vectors" / f"{name}.npz"
-    with atomic_write(path, "wb") as file:
-        np.savez(file, **arrays)
-    entry["file"] = f"vectors/{path.name}"
-    entry["sha256"] = hashlib.sha256(path.read_bytes()).hexdigest()
-    return entry
+    entry, arrays = with_answers(*described(case), zip(case.expected, case.allowances()))
+    place = f"vectors/{re.sub(r'[^a-z0-9]+', '-', case.id.lower()).strip('-')}"
+    (folder / place).mkdir(exist_ok=True)
+    files = case_files(entry, arrays)
+    for name, data in files.items():
+        (folder / place / name).write_bytes(data)
+    archive = io.BytesIO()
+    np.savez(archive, **arrays)                                  # type: ignore[arg-type]
+    _write(folder / f"{place}.npz", archive.getvalue())
+    return {**entry, "folder": place, "file": f"{place}.npz", "sha256": _hash(archive.getvalue()),
+            "files": {name: _hash(data) for name, data in files.items()}}
 
 
 def golden_case(folder: str, identity: str) -> Case:
@@ -129,26 +160,33 @@ def read_folder(folder: str | Path) -> tuple[list[Case], list[str]]:
     """
     folder = Path(folder)
     manifest = read_manifest(folder)
-    entries, functions = manifest["cases"], reference().functions
-    wrong = [f"manifest.json, case {number}: {what}" for number, entry in enumerate(entries)
-             for what in _complaints(entry, functions)]
+    wrong = [f"manifest.json: {what}" for what in mistakes(manifest)]
     if not wrong:
-        for key in ("id", "file"):
-            names = [entry[key].lower() for entry in entries]
-            wrong += [f"manifest.json: found {key} {name!r} {names.count(name)} times, needed it "
-                      "once" for name in dict.fromkeys(names) if names.count(name) > 1]
-    if manifest.get("sha256") != manifest_hash(manifest):
-        wrong.append("manifest.json: is not the one that was exported, its SHA-256 differs; export "
-                     "again")
+        entries = manifest["cases"]
+        text = (folder / "manifest.json").read_text(encoding="utf-8")
+        wrong += [f"manifest.json: cases[{number}]: {what}" for number, entry in enumerate(entries)
+                  for what in _complaints(entry)]
+        for key in ("id", "folder", "file"):
+            names = Counter(entry[key].lower() for entry in entries)
+            wrong += [f"manifest.json: found {key} {name!r} {count} times, needed it once"
+                      for name, count in names.items() if count > 1]
+        if manifest["sha256"] != manifest_hash(text, manifest["sha256"]):
+            wrong.append("manifest.json: is not the one that was exported, its SHA-256 differs; "
+                         "export again")
     if wrong:
         return [], wrong
-    wrong += _unlisted(folder, {entry["file"] for entry in entries})
+    wrong += _unlisted(folder, {name for entry in entries for name in _files(entry)})
     found = []
     for entry in entries:
         try:
             found.append(_read_case(folder, entry))
+        except (OSError, ValueError, TypeError) as error:
+            wrong.append(f"{entry['id']}: {error}")
+    for name, digest in manifest["files"].items():
+        try:
+            _exported(folder, name, digest)
         except (OSError, ValueError) as error:
-            wrong.append(f"{entry['id']}: {entry['file']}: {error}")
+            wrong.append(str(error))
     return found, wrong
 
 
@@ -175,8 +213,7 @@ def read_manifest(folder: str | Path) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path}: found no strict JSON ({str(error)[:120]}), needed the manifest "
                           "that `refimpl export` wrote") from None
-    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT or not isinstance(
-            manifest.get("cases"), list):
+    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         raise FormatError(f"{path}: found no manifest of {FORMAT}, needed one that `refimpl "
                           "export` wrote")
     version = manifest.get("version")
@@ -186,100 +223,98 @@ def read_manifest(folder: str | Path) -> dict[str, Any]:
     return manifest
 
 
-def _complaints(entry, functions):
-    """What an entry of the manifest lacks, or has that it should not."""
-    if not isinstance(entry, dict) or set(entry) != set(KEYS):
-        return [f"found {sorted(entry) if isinstance(entry, dict) else type(entry).__name__}, "
-                f"needed {', '.join(KEYS)}"]
-    wrong = [f"{key}: found {type(entry[key]).__name__}, needed {kind.__name__}"
-             for key, kind in KEYS.items() if type(entry[key]) is not kind]
-    if wrong:
-        return wrong
+def _complaints(entry):
+    """What in an entry that satisfies the schema is not of this package."""
     function, operation = entry["function"], OPERATIONS.get(entry["operation"])
+    functions = reference().functions
     if operation is None or function not in functions or function not in (
             operation.name, f"{operation.name}_backward"):
         near = nearest(function, functions)
         return [f"function: found {function!r} of operation {entry['operation']!r}, needed one of "
                 "this package's" + (f"; {near}?" if near else "")]
-    if entry["precision"] not in TOLERANCES:
-        wrong.append(f"precision: found {entry['precision']!r}, needed {' or '.join(TOLERANCES)}")
-    if not _is_vector(entry["file"]):
-        wrong.append(f"file: found {entry['file']!r}, needed vectors/NAME.npz inside the folder")
-    upstream = ("upstream gradient",) * function.endswith("_backward")
-    expected = list(upstream + operation.arguments)
-    names = [given.get("name") if isinstance(given, dict) else None for given in entry["arguments"]]
-    if names != expected[:len(names)]:
-        wrong.append(f"arguments: found {names}, needed {expected}, in this order")
-    if not all(isinstance(given, dict) and len(set(given) & {"array", "value"}) == 1
-               and isinstance(given.get("array", ""), str)
-               for given in [*entry["arguments"], *entry["attributes"].values()]):
-        wrong.append("arguments, attributes: needed for each either the name of an array or a "
-                     "value")
-    wrong += [f"output {number}: {what}" for number, output in enumerate(entry["outputs"])
-              if output is not None for what in _output_complaints(output)]
-    if not any(output is not None for output in entry["outputs"]):
+    upstream = ["upstream gradient"] * function.endswith("_backward")
+    wrong = [f"{key}: found {found}, needed {needed}" for key, found, needed in (
+        ("arguments", [given["name"] for given in entry["arguments"]],
+         [*upstream, *operation.arguments]),
+        ("attributes", sorted(entry["attributes"]), sorted(options(operation)[0])),
+        ("file", entry["file"], f"{entry['folder']}.npz"),
+        ("files", sorted(entry["files"]), sorted(
+            ["case.json", *(f"{label}.npy" for label in _labels(entry))]))) if found != needed]
+    if not any(entry["outputs"]):
         wrong.append("outputs: found none, needed at least one")
     return wrong
 
 
-def _output_complaints(output):
-    if not isinstance(output, dict) or set(output) != {"array", "shape", "bound"}:
-        return ["found something else than array, shape and bound"]
-    bound, shape = output["bound"], output["shape"]
-    wrong = []
-    if not isinstance(bound, float) or not math.isfinite(bound) or not 0 < bound <= LOOSEST:
-        wrong.append(f"bound: found {repr(bound)[:40]}, needed a number above 0 and up to "
-                     f"{LOOSEST}")
-    if not isinstance(shape, list) or not all(type(n) is int and n >= 0 for n in shape):
-        wrong.append(f"shape: found {repr(shape)[:40]}, needed whole numbers")
-    return wrong
+def _labels(entry):
+    """Names of a case's arrays."""
+    outputs = [output for output in entry["outputs"] if output]
+    given = [*entry["arguments"], *entry["attributes"].values(), *outputs]
+    return [*(item["array"] for item in given if "array" in item),
+            *(output["allowed"] for output in outputs)]
 
 
 def _unlisted(folder, listed):
-    """Files in the folder of vectors that the manifest does not know."""
-    try:
-        found = sorted(os.listdir(folder / "vectors"))
-    except OSError as error:
-        return [f"vectors: cannot be listed ({error.strerror})"]
-    return [f"vectors/{name}: found a file that the manifest does not list" for name in found
-            if f"vectors/{name}" not in listed]
+    """Files in the folder of vectors that the manifest does not know, and links of folders."""
+    found = []
+    for place, folders, files in os.walk(folder / "vectors"):
+        links = [name for name in folders if os.path.islink(os.path.join(place, name))]
+        names = (Path(place, name).relative_to(folder).as_posix() for name in (*files, *links))
+        found += [f"{name}: found a file that the manifest does not list" for name in names
+                  if name not in listed]
+    return sorted(found)
+
+
+def _exported(folder, name, digest):
+    """The bytes of a file that is as it was exported.   Raises ValueError, OSError."""
+    path = folder / name
+    if not stat.S_ISREG(os.lstat(path).st_mode):
+        raise ValueError(f"{name}: is no plain file")
+    data = path.read_bytes()
+    if _hash(data) != digest:
+        raise ValueError(f"{name}: is not the file that was exported, its SHA-256 differs")
+    return data
 
 
 def _read_case(folder, entry):
-    """An entry and its arrays as a Case.   Raises ValueError, OSError."""
-    path = folder / entry["file"]
-    if not stat.S_ISREG(os.lstat(path).st_mode):
-        raise ValueError("is no plain file")
-    data = path.read_bytes()
-    if hashlib.sha256(data).hexdigest() != entry["sha256"]:
-        raise ValueError("is not the file that was exported, its SHA-256 differs")
-    arrays, outputs = read_arrays(data), entry["outputs"]
-    names = sorted(given["array"] for given in (
-        *entry["arguments"], *entry["attributes"].values(), *filter(None, outputs))
-        if "array" in given)
-    if names != sorted(arrays):
-        raise ValueError(f"holds {', '.join(sorted(arrays))}, needed {', '.join(names)}")
-    if any(array.dtype.kind not in "fiub" or not array.flags.c_contiguous
-           for array in arrays.values()):
-        raise ValueError("holds an array that is not of real numbers in C order")
-    for output in filter(None, outputs):
-        shape = list(arrays[output["array"]].shape)
-        if shape != output["shape"]:
-            raise ValueError(f"{output['array']} has shape {shape}, needed {output['shape']}")
-    operation = OPERATIONS[entry["operation"]]
-    base = TOLERANCES[entry["precision"]] * operation.tolerance
-    bounds = [output["bound"] if output else base for output in outputs]
-    exact = all(output is None or output["bound"] == EXACT for output in outputs)
-    if not exact and min(bounds) < base:
-        raise ValueError(f"has a bound of {min(bounds):.3g}, needed at least {base:.3g}")
+    """An entry and its arrays as a Case: what this case would be written as is what was read.
+
+    Raises ValueError, OSError.
+    """
+    stored = {name: _exported(folder, name, digest) for name, digest in _files(entry).items()}
+    archive, outputs = entry["file"], entry["outputs"]
+    arrays = read_arrays(stored.pop(archive))
+    if sorted(arrays) != sorted(_labels(entry)):
+        raise ValueError(f"{archive}: found {', '.join(sorted(arrays))}, needed "
+                         f"{', '.join(_labels(entry))}")
+    if not all(a.flags.c_contiguous and a.dtype.kind in "fiub" for a in arrays.values()):
+        raise ValueError(f"{archive}: holds an array that is not of real numbers in C order")
 
     def _value(given):
-        if "array" in given:
-            return arrays[given["array"]]
-        return tuple(given["value"]) if isinstance(given["value"], list) else given["value"]
-    return Case(entry["id"], operation, entry["function"], entry["id"].rsplit("/", 1)[-1],
-                tuple(map(_value, entry["arguments"])),
-                {key: _value(given) for key, given in entry["attributes"].items()},
-                tuple(output and arrays[output["array"]] for output in outputs), exact=exact,
-                allowed=() if exact else tuple(bounds), folder=str(folder),
-                single=entry["precision"] == "float32")
+        return arrays[given["array"]] if "array" in given else _tuples(given["value"])
+    answers: list[Any] = [(None, None) if output is None else (
+        arrays[output["array"]], arrays[output["allowed"]]) for output in outputs]
+    case = Case(entry["id"], OPERATIONS[entry["operation"]], entry["function"],
+                entry["id"].rsplit("/", 1)[-1],
+                tuple(_value(given) for given in entry["arguments"] if "default" not in given),
+                {key: _value(given) for key, given in entry["attributes"].items()
+                 if "default" not in given}, tuple(y for y, _ in answers), exact=entry["exact"],
+                allowed=tuple(y is None or allowed / (largest(y) or 1.0) for y, allowed in answers),
+                folder=str(folder), single=entry["precision"] == "float32")
+    for (y, allowed), needed in zip(answers, case.allowances()):
+        if y is not None and not ((allowed >= 0).all() and (
+                not case.exact or np.allclose(allowed, needed, 1e-9, 0))):
+            raise ValueError(f"{archive}: found another allowance than what is exact may have")
+    again, plain = with_answers(*described(case), answers)
+    again["equation"] = entry["equation"]
+    for key, value in again.items():
+        if json.loads(json.dumps(value)) != entry[key]:
+            raise ValueError(f"{archive}: {key} in the manifest is not that of its arrays")
+    for name, data in case_files(again, plain).items():
+        if stored[f"{entry['folder']}/{name}"] != data:
+            raise ValueError(f"{entry['folder']}/{name}: is not what the manifest and {archive} "
+                             "say")
+    return case
+
+
+def _tuples(value):
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value

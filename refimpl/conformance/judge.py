@@ -87,7 +87,7 @@ def judge_together(chosen: Iterable[Case], backend: Backend,
             looks.append(_first_look(case, backend))
     weighing()
     found = []
-    for outcome in _weighed(looks, backend):
+    for outcome in _weighed(_without_stubs(looks, backend), backend):
         identity = outcome.case.id
         if is_expected_failure(identity, expected_failures):
             if outcome.status == "failed":
@@ -112,8 +112,7 @@ def judge(case: Case, backend: Any) -> Outcome:
 def _first_look(case, backend):
     declared = covering(case, backend.lacks)
     if declared or case.function not in backend.functions:
-        return Outcome(case, "skipped", f"{backend.name} has no {declared or case.function}",
-                       grade="not offered", expected=declared or case.function)
+        return _not_offered(case, backend, declared or case.function)
     answer: list[tuple] = []
     try:
         with np.errstate(all="ignore"):
@@ -127,6 +126,21 @@ def _first_look(case, backend):
         return Outcome(case, "failed", str(silent), grade="wrong", found=str(silent),
                        expected="an answer", error=silent.error)
     return Outcome(case, "passed", difference=difference or 0.0, grade="agrees")
+
+
+def _not_offered(case, backend, what):
+    return Outcome(case, "skipped", f"{backend.name} has no {what}", grade="not offered",
+                   expected=what)
+
+
+def _without_stubs(looks, backend):
+    """Of a function that says of every valid call that it is not written yet, nothing is offered.
+    """
+    valid = [o for o in looks if o.case.kind != "refused" and o.grade != "not offered"]
+    written = {o.case.function for o in valid if not isinstance(o.error, NotImplementedError)}
+    stubs = {o.case.function for o in valid} - written
+    return [_not_offered(o.case, backend, o.case.function) if o.case.function in stubs else o
+            for o in looks]
 
 
 def _weighed(outcomes, backend):

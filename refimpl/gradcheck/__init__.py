@@ -1,4 +1,4 @@
-"""Is a gradient right? The instruments that prove a hand-written backward, and what each must keep.
+"""Is a gradient right? The instruments that check a hand-written backward, and what each must keep.
 
 - `gradient`: `check_gradient` of all elements, `check_direction` along one line, `check_kink`.
 - `derivative`: three ways to measure a derivative without knowing how it was derived.

@@ -14,8 +14,8 @@ import numpy as np
 from .. import nn
 from ..motion.features import FORWARD, POSITIONS, SIDEWAYS, TURN, VELOCITIES
 from ..motion.joints import BONES, FEET, JOINTS
-from ..nn.arguments import check_whole
-from ..nn.sums import power_of_two
+from ..nn.arguments import check_arrays, check_whole, in_precision
+from ..nn.sums import power_of_two, root, wide_sum
 
 Bones = Sequence[tuple[int, int]]
 
@@ -36,7 +36,7 @@ def content_loss(H_input: np.ndarray, H_output: np.ndarray, *, c: float = 1.0,
     array([5.])
     """
     measure, _ = _reading(reading)
-    return c * measure(H_input - H_output)
+    return in_precision(c, H_output) * measure(H_input - H_output)
 
 
 def content_loss_backward(dloss: np.ndarray, H_input: np.ndarray, H_output: np.ndarray, *,
@@ -50,7 +50,7 @@ def content_loss_backward(dloss: np.ndarray, H_input: np.ndarray, H_output: np.n
     array([[[0.6, 0.8]]])
     """
     _, measure_backward = _reading(reading)
-    dH = measure_backward(c * dloss, H_input - H_output)
+    dH = measure_backward(in_precision(c, dloss) * dloss, H_input - H_output)
     return dH, -dH
 
 
@@ -65,7 +65,7 @@ def style_loss(G_style: np.ndarray, H_output: np.ndarray, *, s: float = 0.01,
     array([0.25])
     """
     measure, _ = _reading(reading)
-    return s * measure(G_style - nn.gram(H_output))
+    return in_precision(s, H_output) * measure(G_style - nn.gram(H_output))
 
 
 def style_loss_backward(dloss: np.ndarray, G_style: np.ndarray, H_output: np.ndarray, *,
@@ -79,7 +79,7 @@ def style_loss_backward(dloss: np.ndarray, G_style: np.ndarray, H_output: np.nda
     array([[[0.06, 0.08]]])
     """
     _, measure_backward = _reading(reading)
-    dG = measure_backward(s * dloss, G_style - nn.gram(H_output))
+    dG = measure_backward(in_precision(s, dloss) * dloss, G_style - nn.gram(H_output))
     return dG, nn.gram_backward(-dG, H_output)
 
 
@@ -103,7 +103,7 @@ def style_target(exemplars: list[np.ndarray], frames: int) -> np.ndarray:
     """
     check_whole("frames", frames, 1)
     total = sum(nn.gram(H[None])[0] for H in exemplars)
-    return total * (frames / sum(H.shape[1] for H in exemplars))
+    return total * (in_precision(frames, total) / sum(H.shape[1] for H in exemplars))
 
 
 def joint_positions(motion: np.ndarray) -> np.ndarray:
@@ -177,8 +177,8 @@ def foot_loss_backward(dloss: np.ndarray, motion: np.ndarray, contacts: np.ndarr
 
 def _slide(motion, contacts, target):
     """Who is planted (N, 4, 1, T-1), and what is too fast there (N, 4, 3, T-1)."""
-    planted = contacts[:, :, None, :-1].astype(motion.real.dtype)
-    return planted, planted * (foot_velocities(motion) - np.asarray(target, motion.real.dtype))
+    planted = in_precision(contacts[:, :, None, :-1], motion)
+    return planted, planted * (foot_velocities(motion) - in_precision(target, motion))
 
 
 def bone_loss(motion: np.ndarray, lengths: Any, *, bones: Bones = BONES) -> np.ndarray:
@@ -215,12 +215,13 @@ def bone_loss_backward(dloss: np.ndarray, motion: np.ndarray, lengths: Any, *,
 def _bone_errors(motion, lengths, bones):
     """Directions of the bones (N, 20, 3, T), 0 for one of length 0, and errors of their lengths
     (N, 20, T)."""
+    check_arrays(motion=motion)
     p = joint_positions(motion)
     if np.shape(lengths) != (len(bones),):
         raise ValueError(f"lengths: found shape {np.shape(lengths)}, needed ({len(bones)},)")
     j1, j2 = np.array(bones).T
     direction, found = _unit_vectors(p[:, j1] - p[:, j2])
-    return direction, found - np.asarray(lengths, dtype=motion.real.dtype)[:, None]
+    return direction, found - in_precision(lengths, motion)[:, None]
 
 
 def _unit_vectors(v):
@@ -228,13 +229,13 @@ def _unit_vectors(v):
     with np.errstate(over="ignore", under="ignore"):
         squares = np.sum(v * v, axis=2)
     real, scale = v.real.dtype, None
-    if not np.all((squares.real > np.finfo(real).tiny / np.finfo(real).eps)
-                  & (squares.real < np.inf)):
-        scale = power_of_two(np.abs(v).max(axis=2))             # some squares overflow, or vanish
+    if real != object and not np.all((squares.real > np.finfo(real).tiny / np.finfo(real).eps)
+                                     & (squares.real < np.inf)):
+        scale = power_of_two(v, 2)                              # some squares overflow, or vanish
         v = v / scale[:, :, None]
         squares = np.sum(v * v, axis=2)
-    length = np.sqrt(squares)
-    direction = v / np.where(length == 0, 1, length)[:, :, None]
+    length = root(squares)
+    direction = v / np.where(length == 0, in_precision(1, v), length)[:, :, None]
     return direction, length if scale is None else scale * length
 
 
@@ -251,18 +252,21 @@ def trajectory_loss(motion: np.ndarray, wanted: np.ndarray, *,
     >>> trajectory_loss(np.zeros((1, 66, 1)), np.array([[[1.0], [2.0], [0.0]]]), turn_weight=10.0)
     array([14.])
     """
-    return nn.sum_squares(_off_the_path(motion, wanted, turn_weight)[1])
+    weights, error = _off_the_path(motion, wanted, turn_weight)
+    return wide_sum(weights * error * error, (1, 2))
 
 
 def trajectory_loss_backward(dloss: np.ndarray, motion: np.ndarray, wanted: np.ndarray, *,
                              turn_weight: float = 1.0) -> np.ndarray:
     """Only the three velocities have a part in it.   dloss : (N,)  ->  dmotion (N, 66, T)"""
-    root, error = _off_the_path(motion, wanted, turn_weight)
+    weights, error = _off_the_path(motion, wanted, turn_weight)
     dmotion = np.zeros_like(motion)
-    dmotion[:, VELOCITIES] = root * nn.sum_squares_backward(dloss, error)
+    dmotion[:, VELOCITIES] = weights * nn.sum_squares_backward(dloss, error)
     return dmotion
 
 
 def _off_the_path(motion, wanted, turn_weight):
-    root = np.sqrt(np.array([[turn_weight], [1], [1]], dtype=motion.real.dtype))
-    return root, root * (motion[:, VELOCITIES] - np.asarray(wanted, dtype=motion.real.dtype))
+    """Weights of turning, forward and sideways velocity (3, 1), and their errors (N, 3, T)."""
+    check_arrays(motion=motion)
+    weights = in_precision([[turn_weight], [1], [1]], motion)
+    return weights, motion[:, VELOCITIES] - in_precision(wanted, motion)

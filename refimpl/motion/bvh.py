@@ -119,9 +119,9 @@ def _parse_motion(lines, joints, name):
             break
         if len(rows) == int(frames):
             count = len(rows) + 1 + sum(text is not None for _, text in lines)
-            raise BVHError(f"{name}:{number}: found {count} rows of motion, needed {int(frames)} as "
-                           f"Frames: says; write Frames: {count} in line {counted_at}, or take rows "
-                           "away")
+            raise BVHError(f"{name}:{number}: found {count} rows of motion, needed {int(frames)} "
+                           f"as Frames: says; write Frames: {count} in line {counted_at}, or take "
+                           "rows away")
         rows.append(_parse_row(text, width, f"{name}:{number}"))
     if len(rows) < int(frames):
         raise BVHError(f"{name}:{number}: found {len(rows)} rows of motion, needed {int(frames)} "

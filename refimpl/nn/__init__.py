@@ -3,7 +3,9 @@
 
 `dy` is the upstream gradient, of the shape of the output; the other arguments are those of `f`;
 what comes back is one gradient for each array. Nothing is modified or remembered. Batches are `(N,
-C, T)`: clips, channels, frames.
+C, T)`: clips, channels, frames. Numbers are float32, float64, longdouble or, where the mathematics
+is analytic, complex; or fractions and sympy's expressions, with which the same text computes
+exactly (`arguments.are_exact`).
 
 - `conv`: conv1d and its adjoint conv_transpose1d.
 - `pool`: max- and average-pooling and their ways back.   `activation`: relu.

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from .arguments import check_arrays, check_shape
-from .sums import power_of_two, wide_sum
+from .arguments import are_exact, check_arrays, check_shape, in_precision
+from .sums import power_of_two, root, wide_sum
 
 
 def sum_squares(r: np.ndarray) -> np.ndarray:
@@ -71,7 +71,7 @@ def norm(r: np.ndarray) -> np.ndarray:
     array([5.e+200])
     """
     scale, _, squares = _scaled(r)
-    return scale * np.sqrt(squares)
+    return scale * root(squares)
 
 
 def norm_backward(dy: np.ndarray, r: np.ndarray) -> np.ndarray:
@@ -84,7 +84,7 @@ def norm_backward(dy: np.ndarray, r: np.ndarray) -> np.ndarray:
     """
     _check(r, dy=dy)
     _, part, squares = _scaled(r)
-    y = np.sqrt(squares)                                   # of r divided by its scale, as `part` is
+    y = root(squares)                                      # of r divided by its scale, as `part` is
     return _spread(dy, r) * (part / _spread(np.where(y == 0, r.dtype.type(1), y), r))
 
 
@@ -147,7 +147,7 @@ def absolute_error(x: np.ndarray, y: np.ndarray, *, reduction: str = "mean") -> 
     errors = np.abs(x - y)
     if reduction == "none":
         return errors
-    scale = power_of_two(np.max(errors, initial=0))
+    scale = power_of_two(errors)
     return wide_sum(errors / scale) / (x.size if reduction == "mean" else 1) * scale
 
 
@@ -162,7 +162,7 @@ def absolute_error_backward(dloss: Any, x: np.ndarray, y: np.ndarray, *,
     """
     _check_pair(x, y, reduction, real=True)
     upstream, count = _upstream(dloss, x, reduction)
-    dx = np.sign(x - y) * (upstream / count)
+    dx = np.sign(x - y) * (upstream / in_precision(count, x))
     return dx, -dx
 
 
@@ -171,7 +171,7 @@ def _scaled(r, mean=False):
     the sum of the squares of that (N,)."""
     _check(r, mean)
     rest = tuple(range(1, r.ndim))
-    scale = power_of_two(np.max(np.abs(r), axis=rest, initial=0))
+    scale = power_of_two(r, rest)
     part = r / _spread(scale, r)
     return scale, part, wide_sum(part * part, rest)
 
@@ -192,6 +192,8 @@ def _upstream(dloss, x, reduction):
 def _share(r, upstream, count):
     """r upstream / count. A large upstream gradient is divided before the product, which might
     overflow, a small one after it, for it might have few digits left."""
+    if r.dtype.kind == "O":
+        return r * upstream / in_precision(count, r)
     before = np.where(np.abs(upstream) < 1, 1, count).astype(r.real.dtype)
     return r * (upstream / before) / (count / before)
 
@@ -200,6 +202,10 @@ def _number(name, value, like):
     """The upstream gradient of a scalar, in the precision of an array; a Python number will do."""
     check_shape(name, value, (), ", a number")
     number = np.asarray(value)
+    if like.dtype.kind == "O":
+        if number.dtype.kind not in "iu" and not are_exact(number):
+            raise ValueError(f"{name}: found {value!r}, needed an exact number")
+        return in_precision(number, like)
     if number.dtype.kind not in "fciu":
         raise ValueError(f"{name}: found {value!r}, needed a number")
     least = np.complex64 if number.dtype.kind == "c" else np.float32

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .arguments import check_arrays, check_shape, check_whole
+from .arguments import check_arrays, check_shape, check_whole, in_precision
 from .sums import power_of_two, wide_sum
 
 
@@ -112,9 +112,9 @@ def avg_pool1d(x: np.ndarray, width: int = 2, *, stride: int | None = None, padd
     >>> avg_pool1d(np.array([[[1.0, 5, 7, 3]]]))
     array([[[3., 5.]]])
     """
-    windows, positions, inside = _windows(x, 0.0, width, stride, padding, 1, ceil_mode)
+    windows, positions, inside = _windows(x, 0, width, stride, padding, 1, ceil_mode)
     counted = positions < x.shape[2] + int(padding) if count_include_pad else inside
-    return _mean(windows, counted.sum(axis=1).astype(x.real.dtype))
+    return _mean(windows, in_precision(counted.sum(axis=1), x))
 
 
 def avg_pool1d_backward(dy: np.ndarray, x: np.ndarray, width: int = 2, *, stride: int | None = None,
@@ -127,10 +127,10 @@ def avg_pool1d_backward(dy: np.ndarray, x: np.ndarray, width: int = 2, *, stride
     >>> avg_pool1d_backward(np.array([[[10.0, 20]]]), np.zeros((1, 1, 4)))
     array([[[ 5.,  5., 10., 10.]]])
     """
-    _, positions, inside = _windows(x, 0.0, width, stride, padding, 1, ceil_mode)
+    _, positions, inside = _windows(x, 0, width, stride, padding, 1, ceil_mode)
     check_arrays(x=x, dy=dy, shape=x.shape[:2] + positions.shape[:1])
     counted = positions < x.shape[2] + int(padding) if count_include_pad else inside
-    share = dy / counted.sum(axis=1).astype(x.real.dtype)
+    share = dy / in_precision(counted.sum(axis=1), x)
     dx = np.zeros(x.shape[:2] + (x.shape[2] + 1,), np.promote_types(share.dtype, np.float64))
     places: Any = ..., np.where(inside, positions, -1)
     np.add.at(dx, places, share[..., None])
@@ -149,7 +149,7 @@ def avg_depool1d(h: np.ndarray, width: int = 2) -> np.ndarray:
     array([[[1., 1., 2., 2.]]])
     """
     width = _check_depool(h, width)
-    return np.repeat(h / width, width, axis=2)
+    return np.repeat(h / in_precision(width, h), width, axis=2)
 
 
 def avg_depool1d_backward(dx: np.ndarray, h: np.ndarray, width: int = 2) -> np.ndarray:
@@ -219,7 +219,7 @@ def _windows(x, outside, width, stride, padding, dilation, ceil_mode):
 
 def _mean(windows, count):
     """The last axis added up and divided by count; the sum may overflow where its mean does not."""
-    scale = power_of_two(np.abs(windows).max(axis=-1))
+    scale = power_of_two(windows, -1)
     return scale * (wide_sum(windows / scale[..., None], -1) / count)
 
 

@@ -1,10 +1,13 @@
-r"""Sums of many numbers: added up in double precision and rounded once; and a scale for large ones.
+r"""Sums of many numbers: added up in double precision and rounded once; a scale for large ones; and
+roots.
 
 NumPy adds the leading axes of an array one element after the other, in the array's own precision:
 in float32 twenty million ones are then 16,777,216, and the bias gradient of a large batch is off
 by 1e-3. In double precision the sum is right to the last digit of float32.
 """
 
+from fractions import Fraction
+import math
 from typing import Any
 
 import numpy as np
@@ -19,19 +22,48 @@ def wide_sum(x: np.ndarray, axis: int | tuple[int, ...] | None = None) -> Any:
     >>> float(wide_sum(np.full((1 << 25, 1), 1, "float32"), 0)[0])      # NumPy alone: 16777216.0
     33554432.0
     """
-    return np.sum(x, axis=axis, dtype=np.promote_types(x.dtype, np.float64)).astype(x.dtype)
+    wide = np.promote_types(x.dtype, np.float64)
+    total = np.sum(x, axis=axis, dtype=wide)
+    return total if wide == x.dtype else total.astype(x.dtype)
 
 
-def power_of_two(size: np.ndarray) -> np.ndarray:
-    """The power of two at or below each size, and 1 where it is 0, infinite or NaN.
+def power_of_two(x: np.ndarray, axis: int | tuple[int, ...] | None = None) -> np.ndarray:
+    """The power of two at or below the largest size along some axes, and 1 where that is 0,
+    infinite or NaN, and for exact numbers.
 
     Dividing by it changes no digit, and what was divided by it neither overflows nor vanishes when
-    it is squared.   any shape, real  ->  the same
+    it is squared.
 
-    >>> power_of_two(np.array([0.0, 3.0, 1e200])).tolist() == [1.0, 2.0, 2.0 ** 664]
+    x : an array of any shape;  axis : one axis or several, all unless given
+    ->  the array without these axes, real
+
+    >>> power_of_two(np.array([[0.0, 0], [-3, 1], [0, 1e200]]), 1).tolist() == [1, 2, 2.0 ** 664]
     True
     """
-    size = np.asarray(size)
+    if x.dtype.kind == "O":
+        return np.full(np.shape(np.sum(x, axis=axis)), Fraction(1))
+    size = np.asarray(np.max(np.abs(x), axis=axis, initial=0))
     usable = (size > 0) & np.isfinite(size)
     _, exponent = np.frexp(np.where(usable, size, 1))
     return np.ldexp(np.ones_like(size), exponent - 1)
+
+
+def root(x: Any) -> Any:
+    """The square root, of exact numbers the exact one.
+
+    any shape  ->  the same.   Raises ValueError for a fraction whose root is none.
+
+    >>> root(np.array([Fraction(9, 4), 0])).tolist()
+    [Fraction(3, 2), Fraction(0, 1)]
+    """
+    return np.frompyfunc(_exact_root, 1, 1)(x) if x.dtype.kind == "O" else np.sqrt(x)
+
+
+def _exact_root(number):
+    if not isinstance(number, (Fraction, int)):
+        return number ** Fraction(1, 2)                          # an expression
+    found = Fraction(math.isqrt(number.numerator), math.isqrt(number.denominator))
+    if found * found != number:
+        raise ValueError(f"root: found {number}, needed the square of a fraction; take "
+                         "floating-point numbers")
+    return found

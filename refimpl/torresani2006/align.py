@@ -184,6 +184,8 @@ def threshold_for(ssd: np.ndarray, count: int) -> float:
     if not 1 <= count <= len(ssd):
         raise AlignError(f"count: found {count}, needed a number of clusters from 1 to {len(ssd)}, "
                          "the number of fragments")
+    if np.asarray(ssd).dtype.kind not in "fiu":
+        raise AlignError(f"ssd: found dtype {np.asarray(ssd).dtype}, needed real numbers")
     links = linkage(squareform(ssd, checks=False), "single")[:, 2] if len(ssd) > 1 else np.zeros(0)
     made, not_made = np.r_[0.0, links, np.inf][len(ssd) - count:][:2]
     above = np.nextafter(made, np.inf) * 2 + 1

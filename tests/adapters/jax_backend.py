@@ -1,33 +1,12 @@
 """JAX (0.10.2 was used) under the names of `refimpl.nn`: values by its kernels, gradients by
-`jax.vjp`. Switches its float64 on.
+`jax.vjp`.
 """
 
 import jax
 from jax import lax, numpy as jnp
 import numpy as np
 
-jax.config.update("jax_enable_x64", True)
-
-
-def pair(f, arrays=1):
-    """f on JAX arrays  ->  f on NumPy arrays, and its backward: one gradient for each of the first
-    `arrays` inputs. Compiled as a whole.
-    """
-    def split(inputs, attributes):
-        return ([np.ascontiguousarray(a) for a in inputs[:arrays] if a is not None],
-                lambda *given: f(*given, *inputs[arrays:], **attributes))
-
-    def forward(*inputs, **attributes):
-        given, g = split(inputs, attributes)
-        return np.array(jax.jit(g)(*given))
-
-    def backward(dy, *inputs, **attributes):
-        given, g = split(inputs, attributes)
-        pull = jax.jit(lambda dy, *given: jax.vjp(g, *given)[1](dy))
-        found = (tuple(np.array(d) for d in pull(np.asarray(dy, given[0].dtype), *given))
-                 + (None,) * (arrays - len(given)))
-        return found if arrays > 1 else found[0]
-    return forward, backward
+from refimpl.adapters.jax import backend
 
 
 # a float32 convolution's own negative padding reads stray memory
@@ -86,27 +65,23 @@ def avg_pool1d(x, width=2, *, padding=0, count_include_pad=True, **attributes):
     return held.sum(axis=-1) / counted.sum(axis=1).astype(x.dtype)
 
 
-PAIRS = {"conv1d": pair(conv1d, 3), "conv_transpose1d": pair(conv_transpose1d, 3),
-         "avg_pool1d": pair(avg_pool1d), "relu": pair(jax.nn.relu),
-         "max_pool1d": pair(lambda x, width=2,
-                            **attributes: windows(x, -np.inf, width, **attributes)[0].max(axis=-1)),
-         "max_unpool1d": pair(lambda h, at,
-                              length: jnp.put_along_axis(jnp.zeros((*h.shape[:2], length), h.dtype),
-                                                         at, h, axis=2, inplace=False)),
-         "avg_depool1d": pair(lambda h, width=2: jnp.repeat(h, width, axis=2) / width),
-         "l1": pair(lambda a: jnp.abs(a).sum()),
-         "gram": pair(lambda h: h @ h.mT),
-         "norm": pair(jax.vmap(lambda r: jnp.linalg.norm(r.ravel()))),
-         "sum_squares": pair(jax.vmap(lambda r: jnp.square(r).sum())),
-         "mean_squares": pair(jax.vmap(lambda r: jnp.square(r).mean())),
-         "squared_error": pair(lambda x, y, *,
-                               reduction="mean": getattr(jnp,
-                                                         reduction.replace("none", "asarray"))(
-                                                             jnp.square(x - y)), 2),
-         "absolute_error": pair(lambda x, y, *,
-                                reduction="mean": getattr(jnp,
-                                                          reduction.replace("none", "asarray"))(
-                                                              jnp.abs(x - y)), 2)}
-BACKEND = ({name: f for name, (f, _) in PAIRS.items()} | {f"{name}_backward": f for name,
-                                                          (_, f) in PAIRS.items()})
-BACKEND["max_pool1d_indices"] = pair(max_pool1d_indices)[0]
+def max_unpool1d(h, at, length):
+    return jnp.put_along_axis(jnp.zeros((*h.shape[:2], length), h.dtype), at, h, axis=2,
+                              inplace=False)
+
+
+def reduced(x, reduction):
+    return {"mean": jnp.mean, "sum": jnp.sum, "none": jnp.asarray}[reduction](x)
+
+
+BACKEND = backend(
+    conv1d=conv1d, conv_transpose1d=conv_transpose1d, avg_pool1d=avg_pool1d, relu=jax.nn.relu,
+    max_pool1d=lambda x, width=2, **k: windows(x, -np.inf, width, **k)[0].max(axis=-1),
+    max_pool1d_indices=max_pool1d_indices, max_unpool1d=max_unpool1d,
+    avg_depool1d=lambda h, width=2: jnp.repeat(h, width, axis=2) / width,
+    l1=lambda a: jnp.abs(a).sum(), gram=lambda h: h @ h.mT,
+    norm=jax.vmap(lambda r: jnp.linalg.norm(r.ravel())),
+    sum_squares=jax.vmap(lambda r: jnp.square(r).sum()),
+    mean_squares=jax.vmap(lambda r: jnp.square(r).mean()),
+    squared_error=lambda x, y, *, reduction="mean": reduced(jnp.square(x - y), reduction),
+    absolute_error=lambda x, y, *, reduction="mean": reduced(jnp.abs(x - y), reduction))

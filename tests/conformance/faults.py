@@ -15,7 +15,7 @@ from refimpl.conformance.rivals import (adam_variant, epsilon_inside_the_root, f
                                         tie_split_equally, tie_to_all, tie_to_the_last)
 from refimpl.holden2017 import losses
 from refimpl.motion.joints import BONES
-from tests.conformance import faults_2016, faults_torresani
+from tests.conformance import faults_2016, faults_torresani, faults_whole
 
 GOOD = reference().functions
 
@@ -310,7 +310,8 @@ FAULTS = (
           changed("mean_squares", lambda y, *a: np.full_like(y, y.mean()) if y.size else y)),
     Fault("the second gradient with the sign of the first", "absolute_error_backward",
           changed("absolute_error_backward", lambda g, *a: -g, 1)),
-    *(Fault(*fault) for fault in faults_2016.FAULTS + faults_torresani.FAULTS),
+    *(Fault(*fault) for fault in faults_2016.FAULTS + faults_torresani.FAULTS
+      + faults_whole.FAULTS),
 )
 
 

@@ -1,22 +1,36 @@
 """A golden folder that is not as it was exported certifies nothing, and says why."""
 
+import hashlib
+import io
 import json
+import shutil
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 
 from refimpl import nn
 from refimpl.cli import main
-from refimpl.conformance.golden import export, manifest_hash, read_folder, read_manifest
+from refimpl.conformance import OPERATIONS, cases
+from refimpl.conformance.golden import ZEROS, export, manifest_hash, read_folder, read_manifest
+from refimpl.conformance.schema import CASE, SCHEMA, facts, mistakes
+from refimpl.conformance.vectors import case_files, read_npy
 from refimpl.storage import FormatError
 
-OPERATIONS = ["gram", "relu"]
+CHOSEN = ["gram", "max_pool1d", "relu"]
+NAME = "gram-plain-forward-float64"
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("exported") / "golden"
+    export(folder, operations=CHOSEN)
+    return folder
 
 
 @pytest.fixture
-def folder(tmp_path):
-    export(tmp_path / "golden", operations=OPERATIONS)
-    return tmp_path / "golden"
+def folder(exported, tmp_path):
+    return shutil.copytree(exported, tmp_path / "golden")
 
 
 def edited(folder, change, *, rehash=False):
@@ -24,12 +38,19 @@ def edited(folder, change, *, rehash=False):
     manifest = json.loads((folder / "manifest.json").read_text())
     change(manifest)
     if rehash:
-        manifest["sha256"] = manifest_hash(manifest)
-    (folder / "manifest.json").write_text(json.dumps(manifest))
+        manifest["sha256"] = ZEROS
+    text = json.dumps(manifest)
+    if rehash:
+        text = text.replace(ZEROS, manifest_hash(text, ZEROS))
+    (folder / "manifest.json").write_text(text)
 
 
 def first(manifest):
     return manifest["cases"][0]
+
+
+def pool(manifest):
+    return next(c for c in manifest["cases"] if c["id"] == "max_pool1d/plain/forward/float64")
 
 
 # What a person may do to a manifest: each must be noticed.
@@ -56,10 +77,28 @@ EDITS = {
     "attributes a list": lambda m: first(m).update(attributes=[1]),
     "a path outside": lambda m: first(m).update(file="../secret.npz"),
     "an absolute path": lambda m: first(m).update(file="/etc/passwd"),
+    "a case twice": lambda m: m["cases"].append(first(m)),
     "an unknown key": lambda m: first(m).update(more=1),
+    "an operation gone": lambda m: m.update(
+        cases=[c for c in m["cases"] if c["operation"] != "relu"]),
+    "bounds without allowances": lambda m: first(m)["outputs"][0].pop("allowed"),
+    "an allowance that is an answer": lambda m: first(m)["outputs"][0].update(allowed="out0"),
+    "exact denied": lambda m: [c.update(exact=not c["exact"]) for c in m["cases"]],
+    "another type": lambda m: first(m)["outputs"][0].update(dtype="float16"),
+    "an option left unsaid": lambda m: pool(m)["attributes"].pop("stride"),
+    "another option": lambda m: pool(m)["attributes"]["padding"].update(value=1),
+    "a default said to be given": lambda m: pool(m)["attributes"]["padding"].pop("default"),
+    "a width left unsaid": lambda m: pool(m)["arguments"].pop(),
+    "the name of an output": lambda m: first(m)["outputs"][0].update(name="G"),
+    "a formula changed": lambda m: m["operations"]["gram"]["text"].append("divided by T"),
+    "a constant changed": lambda m: m["constants"].update(feet=[1, 2, 3, 4]),
+    "a hash gone": lambda m: first(m)["files"].popitem(),
+    "a hash of a file elsewhere": lambda m: first(m)["files"].update({"../x.npy": ZEROS}),
+    "the hash of the README gone": lambda m: m["files"].pop("README.txt"),
+    "no hash at all": lambda m: m.pop("sha256"),
 }
 # Of these the hash alone could tell; whoever knows of it and mends it is believed.
-BY_HASH_ALONE = {"a case gone", "a bound raised tenfold", "a convention changed"}
+BY_HASH_ALONE = {"a convention changed", "a formula changed", "a constant changed"}
 
 
 @pytest.mark.parametrize("name", EDITS)
@@ -73,18 +112,48 @@ def test_an_edited_manifest(folder, name, capsys):
 
 @pytest.mark.parametrize("name", sorted(EDITS.keys() - BY_HASH_ALONE))
 def test_an_edited_manifest_whose_hash_was_mended(folder, name, capsys):
-    edited(folder, EDITS[name], rehash=True)
+    edited(folder, EDITS[name], rehash=name != "no hash at all")
     assert main(["check", "--golden", str(folder)]) == 1
     assert "Traceback" not in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("text",
-                         ["", "{}", "[]", "null", "nonsense",
-                          '{"format": "golden vectors", "format": "golden vectors"}',
-                                  '{"format": "golden vectors", "version": 2, "cases": [NaN]}',
-                          "[" * 100_000,
-                                  '{"format": "golden vectors", "version": 1, "cases": []}',
-                          '{"format": "golden vectors", "version": true, "cases": []}'])
+def test_a_manifest_whose_hash_was_mended_is_believed(folder):
+    for name in BY_HASH_ALONE:
+        edited(folder, EDITS[name], rehash=True)
+    assert main(["check", "--golden", str(folder)]) == 0
+
+
+@pytest.mark.parametrize("name", [None, *EDITS])
+def test_the_schema_says_what_a_validator_of_json_schema_says(exported, name):
+    jsonschema = pytest.importorskip("jsonschema")
+    manifest = json.loads((exported / "manifest.json").read_text())
+    schema = json.loads((exported / "manifest.schema.json").read_text())
+    assert schema == json.loads(json.dumps(SCHEMA))
+    if name:
+        EDITS[name](manifest)
+    assert jsonschema.Draft202012Validator(schema).is_valid(manifest) == (not list(
+        mistakes(manifest))), name
+
+
+@pytest.mark.parametrize("value, schema, words", [
+    (True, {"type": "integer"}, "found true, needed integer"), (1, {"const": True}, "needed true"),
+    (1.5, {"type": ["integer", "null"]}, "needed integer or null"),
+    ("x", {"enum": ["a", "b"]}, "needed one of a, b"), ("x", {"pattern": "^y"}, "needed ^y"),
+    ([], {"minItems": 1}, "found 0 items"), (0.2, {"maximum": 0.1}, "needed at most 0.1"),
+    (0, {"exclusiveMinimum": 0}, "needed above 0"), ({}, {"required": ["a"]}, "found no 'a'"),
+    ({"a": 1}, {"additionalProperties": False}, "found 'a'"),
+    ({"a": [1]}, {"properties": {"a": {"items": {"type": "string"}}}}, "a[0]: found 1"),
+    ({"a": 1, "b": 1}, {"oneOf": [{"required": ["a"]}, {"required": ["b"]}]}, "either a or b")])
+def test_a_mistake_is_named(value, schema, words):
+    said, = mistakes(value, schema)
+    assert words in said
+
+
+@pytest.mark.parametrize("text", [
+    "", "{}", "[]", "null", "nonsense", '{"format": "golden vectors", "format": "golden vectors"}',
+    '{"format": "golden vectors", "version": 3, "cases": [NaN]}', "[" * 100_000,
+    '{"format": "golden vectors", "version": 2, "cases": []}',
+    '{"format": "golden vectors", "version": true, "cases": []}'])
 def test_what_is_no_manifest(folder, text, capsys):
     (folder / "manifest.json").write_text(text)
     assert main(["check", "--golden", str(folder)]) == 2
@@ -94,59 +163,230 @@ def test_what_is_no_manifest(folder, text, capsys):
         read_manifest(folder)
 
 
-def unlisted(folder, victim):
-    (folder / "vectors" / "more.npz").write_bytes(victim.read_bytes())
+def linked(path):
+    there = path.rename(path.parent.parent.parent / "elsewhere")
+    path.symlink_to(there)
 
 
-def linked(folder, victim):
-    (folder / "elsewhere").write_bytes(victim.read_bytes())
-    victim.unlink()
-    victim.symlink_to(folder / "elsewhere")
-
-
-def rewritten(folder, victim, save):
-    """The same arrays, written in another way, and the hashes mended."""
-    with np.load(victim) as arrays:
-        held = dict(arrays)
-    save(victim, held)
-    import hashlib
-    digest = hashlib.sha256(victim.read_bytes()).hexdigest()
-    edited(folder, lambda m: next(c for c in m["cases"]
-                                  if c["file"].endswith(victim.name)).update(sha256=digest),
-           rehash=True)
-
-
-FILES = {
-    "a byte changed": lambda f, v: v.write_bytes(v.read_bytes()[:-1] + b"x"),
-    "gone": lambda f, v: v.unlink(),
-    "truncated": lambda f, v: v.write_bytes(v.read_bytes()[:100]),
+PATHS = (f"vectors/{NAME}.npz", f"vectors/{NAME}/in0.npy", f"vectors/{NAME}/allowed0.npy",
+         f"vectors/{NAME}/case.json", "README.txt", "manifest.schema.json")
+HARM = {
+    "a byte changed": lambda path: path.write_bytes(path.read_bytes()[:-1] + b"x"),
+    "gone": lambda path: path.unlink(),
+    "truncated": lambda path: path.write_bytes(path.read_bytes()[:100]),
+    "a folder": lambda path: (path.unlink(), path.mkdir()),
     "a link": linked,
-    "a file more": unlisted,
-    "compressed": lambda f, v: rewritten(f, v, lambda path,
-                                         arrays: np.savez_compressed(path, **arrays)),
-    "Fortran order": lambda f,
-    v: rewritten(f, v, lambda path,
-                 arrays: np.savez(path, **{k: np.asfortranarray(a) for k, a in arrays.items()})),
-    "an array more": lambda f,
-    v: rewritten(f, v, lambda path, arrays: np.savez(path, more=np.zeros(1), **arrays)),
-    "another shape": lambda f,
-    v: rewritten(f, v, lambda path,
-                 arrays: np.savez(path, **{k: a[None] for k, a in arrays.items()})),
-    "other outputs": lambda f,
-    v: rewritten(f, v, lambda path,
-                 arrays: np.savez(path, **{k: a + (k[:3] == "out") for k, a in arrays.items()})),
 }
 
 
-@pytest.mark.parametrize("name", FILES)
-def test_files_that_are_not_the_exported_ones(folder, name, capsys):
-    victim = folder / "vectors" / "gram-plain-forward-float64.npz"
-    FILES[name](folder, victim)
+@pytest.mark.parametrize("harm", HARM)
+@pytest.mark.parametrize("name", PATHS)
+def test_a_file_that_is_not_the_exported_one(folder, name, harm, capsys):
+    HARM[harm](folder / name)
     assert main(["check", "--golden", str(folder)]) == 1
-    assert ("gram-plain-forward-float64"
-            in capsys.readouterr().out.replace("gram/plain/forward/float64",
-                                               "gram-plain-forward-float64")
-            or name == "a file more")
+    said = capsys.readouterr()
+    assert [name in line for line in said.out.splitlines()].count(True) == 1
+    assert "verdict: disagrees" in said.out and "Traceback" not in said.err
+
+
+@pytest.mark.parametrize("name", ["vectors/more.npz", "vectors/more", f"vectors/{NAME}/out1.npy",
+                                  "vectors/more/in0.npy"])
+def test_a_file_more(folder, name, capsys):
+    (folder / name).parent.mkdir(exist_ok=True)
+    (folder / name).write_text("more")
+    assert main(["check", "--golden", str(folder)]) == 1
+    assert f"{name}: found a file that the manifest does not list" in capsys.readouterr().out
+
+
+def test_a_folder_that_is_a_link(folder, tmp_path, capsys):
+    (folder / "vectors" / NAME).rename(tmp_path / "elsewhere")
+    (folder / "vectors" / NAME).symlink_to(tmp_path / "elsewhere")
+    assert main(["check", "--golden", str(folder)]) == 1
+    assert f"vectors/{NAME}: found a file" in capsys.readouterr().out
+
+
+def rewritten(folder, save):
+    """The same arrays of a case, written in another way, and the hashes mended."""
+    place = folder / "vectors" / NAME
+    with np.load(f"{place}.npz") as arrays:
+        held = dict(arrays)
+    save(place, held)
+
+    def _mended(manifest):
+        entry = next(c for c in manifest["cases"] if c["folder"] == f"vectors/{NAME}")
+        entry["sha256"] = hashlib.sha256((place.parent / f"{NAME}.npz").read_bytes()).hexdigest()
+        entry["files"] = {name: hashlib.sha256((place / name).read_bytes()).hexdigest()
+                          for name in entry["files"]}
+    edited(folder, _mended, rehash=True)
+
+
+def everywhere(change):
+    """Arrays changed in the archive and beside it."""
+    def save(place, arrays):
+        arrays = {name: change(name, array) for name, array in arrays.items()}
+        np.savez(f"{place}.npz", **arrays)
+        for name, array in arrays.items():
+            np.save(place / f"{name}.npy", array)
+    return save
+
+
+REWRITTEN = {
+    "compressed": lambda place, arrays: np.savez_compressed(f"{place}.npz", **arrays),
+    "an array more": lambda place, arrays: np.savez(f"{place}.npz", more=np.zeros(1), **arrays),
+    "an array gone": lambda place, arrays: np.savez(f"{place}.npz", in0=arrays["in0"]),
+    "other answers in the archive alone": lambda place, arrays: np.savez(
+        f"{place}.npz", **{**arrays, "out0": arrays["out0"] + 1}),
+    "other answers beside it alone": lambda place, arrays: np.save(
+        place / "out0.npy", arrays["out0"] + 1),
+    "another header": lambda place, arrays: (place / "in0.npy").write_bytes(
+        (place / "in0.npy").read_bytes().replace(b"'descr'", b'"descr"')),
+    "another case.json": lambda place, arrays: (place / "case.json").write_text(
+        (place / "case.json").read_text().replace("equation 6", "equation 7")),
+    "Fortran order": everywhere(lambda name, a: np.asfortranarray(a)),
+    "Fortran order in the archive alone": lambda place, arrays: np.savez(
+        f"{place}.npz", **{name: np.asfortranarray(a) for name, a in arrays.items()}),
+    "big-endian": everywhere(lambda name, a: a.astype(">f8")),
+    "another shape": everywhere(lambda name, a: a[None]),
+    "another type": everywhere(lambda name, a: a.astype("<f4")),
+    "allowed more": everywhere(lambda name, a: a * 1e6 if name == "allowed0" else a),
+    "allowed infinity": everywhere(lambda name, a: a * np.inf if name == "allowed0" else a),
+    "allowed nothing": everywhere(lambda name, a: a * np.nan if name == "allowed0" else a),
+    "allowed less than nothing": everywhere(
+        lambda name, a: np.where(a == a.min(), -a, a) if name == "allowed0" else a),
+    "complex": everywhere(lambda name, a: a + 1j),
+    "words": everywhere(lambda name, a: a.astype(str)),
+}
+
+
+@pytest.mark.parametrize("name", REWRITTEN)
+def test_files_whose_hashes_were_mended(folder, name, capsys):
+    rewritten(folder, REWRITTEN[name])
+    complaint, = read_folder(folder)[1]
+    assert main(["check", "--golden", str(folder)]) == 1
+    said = capsys.readouterr()
+    assert (NAME in complaint.replace("/", "-") and complaint in said.out
+            and "verdict: disagrees" in said.out and "Traceback" not in said.err)
+
+
+def test_what_is_exact_is_not_allowed_more(folder):
+    """Not even by somebody who mends every number and every hash."""
+    entry = next(c for c in read_manifest(folder)["cases"] if c["exact"])
+    output, place = dict(entry["outputs"][0]), folder / entry["folder"]
+    with np.load(folder / entry["file"]) as arrays:
+        held = {**arrays, "allowed0": 2 * arrays["allowed0"]}
+    assert held["allowed0"].max() > 0
+    np.savez(folder / entry["file"], **held)
+    output["bound"] *= 2
+    for name, data in case_files({**{key: entry[key] for key in CASE}, "outputs": [output]},
+                                 held).items():
+        (place / name).write_bytes(data)
+
+    def _mended(manifest):
+        mine = next(c for c in manifest["cases"] if c["id"] == entry["id"])
+        mine["outputs"] = [output]
+        mine["sha256"] = hashlib.sha256((folder / entry["file"]).read_bytes()).hexdigest()
+        mine["files"] = {name: hashlib.sha256((place / name).read_bytes()).hexdigest()
+                         for name in mine["files"]}
+    edited(folder, _mended, rehash=True)
+    complaint, = read_folder(folder)[1]
+    assert "another allowance than what is exact may have" in complaint
+
+
+def test_nothing_is_left_unsaid(exported):
+    """Every argument and option of every case, by name; what was not given is marked."""
+    manifest = read_manifest(exported)
+    for entry in manifest["cases"]:
+        known = manifest["operations"][entry["operation"]]
+        names = [given["name"] for given in entry["arguments"]]
+        assert names[-len(known["arguments"]):] == known["arguments"]
+        assert list(entry["attributes"]) and set(entry["attributes"]) == set(known["options"]) or (
+            known["options"] == [])
+        for name, given in [*zip(names, entry["arguments"]), *entry["attributes"].items()]:
+            assert "default" not in given or given["value"] == known["defaults"][name]
+    plain = pool(manifest)
+    assert plain["arguments"][1] == {"name": "width", "value": 2, "default": True}
+    assert plain["attributes"]["ceil_mode"] == {"value": False, "default": True}
+    assert set(manifest["operations"]) == set(OPERATIONS)        # a formula may name another
+    assert "G[n, c, d] = sum_t" in "\n".join(manifest["operations"]["gram"]["text"])
+    assert manifest["constants"]["weights of total_loss"]["norm"]["turn"] == 10000.0
+    assert manifest["constants"]["joints"][manifest["constants"]["feet"][0]] == "LeftFoot"
+
+
+@pytest.mark.parametrize("mode", ["reflect", "nearest"])
+def test_the_gaussian_filter_is_what_the_manifest_says(mode):
+    assert "floor(4 sigma + 1/2)" in facts()["constants"]["gaussian_filter1d(x, sigma)"]
+    x, sigma = np.array([3.0, 1.0, 4.0, 1.0, 5.0, 9.0, 2.0, 6.0, 5.0, 3.0]), 1.7
+    k = np.arange(-7, 8)                                         # floor(6.8 + 0.5) = 7
+    g = np.exp(-k ** 2 / (2 * sigma ** 2))
+    wide = np.pad(x, 7, mode="symmetric" if mode == "reflect" else "edge")
+    np.testing.assert_allclose(gaussian_filter1d(x, sigma, mode=mode),
+                               np.convolve(wide, g / g.sum(), "valid"), rtol=1e-12)
+
+
+def test_equation_7_is_what_the_manifest_says():
+    said = facts()["constants"]
+    assert "omega x p = (turn p_z, 0, -turn p_x)" in said["equation 7"]
+    motion = np.random.default_rng(0).normal(size=(1, 66, 2))
+    rows, p = said["rows of the 66 numbers"], motion[0, :63].reshape(21, 3, 2)
+    turn, forward, sideways = (motion[0, rows[name], 0] for name in ("turn", "forward", "sideways"))
+    contacts = np.array([[[1, 0], [0, 0], [0, 0], [0, 0]]])
+    (x, _, z), moved = p[said["feet"][0], :, 0], np.diff(p[said["feet"][0]])[:, 0]
+    v = np.array([sideways + turn * z, 0.0, forward - turn * x]) + moved
+    np.testing.assert_allclose(OPERATIONS["foot_loss"].f(motion, contacts), [v @ v])
+
+
+def test_every_case_can_be_written_and_read_back(tmp_path):
+    """Of the operations with the most kinds of arguments; a backend is given nothing more."""
+    chosen = ["bone_loss", "principal_components", "max_unpool1d", "adam_step", "conv1d"]
+    export(tmp_path, operations=chosen)
+    found, wrong = read_folder(tmp_path)
+    made = [case for case in cases(operations=chosen, profile="small")
+            if case.kind in ("float64", "float32", "empty batch")]
+    assert wrong == [] and len(found) == len(made)
+    for a, b in zip(found, made):
+        assert a.id == b.id and a.precision == b.precision and a.exact == b.exact
+        assert list(a.attributes) == list(b.attributes) and len(a.arguments) == len(b.arguments)
+        for x, y in zip((*a.arguments, *a.attributes.values(), *a.expected),
+                        (*b.arguments, *b.attributes.values(), *b.expected)):
+            np.testing.assert_array_equal(x, y)
+        for x, y, out in zip(a.allowances(), b.allowances(), b.expected):
+            if out is not None:
+                np.testing.assert_allclose(*(np.broadcast_to(z, out.shape) for z in (x, y)),
+                                           rtol=1e-12, atol=1e-320)
+
+
+def test_a_folder_of_a_case_needs_no_archive(exported):
+    place = exported / "vectors" / NAME
+    case = json.loads((place / "case.json").read_text())
+    entry = next(c for c in read_manifest(exported)["cases"] if c["id"] == case["id"])
+    assert {key: entry[key] for key in case} == case
+    h, wanted, allowed = (read_npy((place / f"{name}.npy").read_bytes())
+                          for name in ("in0", "out0", "allowed0"))
+    assert (np.abs(np.einsum("nct,ndt->ncd", h, h) - wanted) <= allowed).all()
+    assert (place / "case.json").read_text().splitlines()[2] == ' "operation": "gram",'
+
+
+@pytest.mark.parametrize("harm", [
+    lambda d: b"", lambda d: d[:5], lambda d: d[:40], lambda d: b"x" + d, lambda d: d[:-1],
+    lambda d: d + b"x", lambda d: d.replace(b"<f8", b">f8"), lambda d: d.replace(b"<f8", b"|O8"),
+    lambda d: d.replace(b"<f8", b"<c8"), lambda d: d.replace(b"False", b"True "),
+    lambda d: d.replace(b"(2, 3)", b"(3, 3)"), lambda d: d.replace(b"(2, 3)", b"(-2,3)"),
+    lambda d: d.replace(b"(2, 3)", b"('2',)"), lambda d: d.replace(b"'shape'", b"' shape"),
+    lambda d: d.replace(b"{'descr", b"{{{{(((")])
+def test_what_is_no_npy_file_is_refused(harm):
+    file = io.BytesIO()
+    np.save(file, np.arange(6.0).reshape(2, 3))
+    assert read_npy(file.getvalue()).tolist() == [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]]
+    with pytest.raises(ValueError, match="found"):
+        read_npy(harm(file.getvalue()))
+
+
+def test_what_was_exported_before_is_taken_away_and_nothing_else(folder):
+    (folder / "vectors" / "relu-plain-forward-float64" / "notes.txt").write_text("mine")
+    export(folder, operations=["gram"])
+    left = {path.relative_to(folder / "vectors").as_posix()
+            for path in (folder / "vectors").rglob("*") if "gram" not in str(path)}
+    assert left == {"relu-plain-forward-float64", "relu-plain-forward-float64/notes.txt"}
 
 
 def test_only_what_ran_is_certified(folder, tmp_path, monkeypatch, capsys):
@@ -200,9 +440,8 @@ def test_flags_beside_golden_work_or_are_refused(folder, tmp_path, monkeypatch, 
 
 def test_a_backends_own_tolerance_counts_there_too(folder, tmp_path, monkeypatch):
     (tmp_path / "rough.py").write_text(
-        "from refimpl import nn\nF = lambda h: nn.gram(h) * h.dtype.type(1 + 1e-6)\n"
-                                       "STRICT = {'gram': F}\nLOOSE = {'gram': F, 'tolerances': "
-                                       "{'float64': 1e-5, 'float32': 1e-4}}\n")
+        "from refimpl import nn\nF = lambda h: nn.gram(h) * h.dtype.type(1 + 1e-6)\nSTRICT = "
+        "{'gram': F}\nLOOSE = {'gram': F, 'tolerances': {'float64': 1e-5, 'float32': 1e-4}}\n")
     monkeypatch.chdir(tmp_path)
     assert main(["check", "rough:STRICT", "--golden", "golden"]) == 1
     assert main(["check", "rough:LOOSE", "--golden", "golden"]) == 0
