@@ -72,9 +72,7 @@ def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
                  / max(min(t + 1, T - 1) - max(t - 1, 0), 1) / (0.0148 * leg) for t in range(T)]
         still = [path[t][1] for t in range(T) if speed[t] < 0.5]
         heights = sorted(still if len(still) >= max(4, 0.02 * T) else [p[1] for p in path])
-        at = 0.05 * (len(heights) - 1)
-        low = heights[int(at)]
-        low += (at - int(at)) * (heights[min(int(at) + 1, len(heights) - 1)] - low)
+        low = heights[int(0.05 * (len(heights) - 1))]
         rests.append(float(np.median([h for h in heights if abs(h - low) <= 0.0125 * leg])))
         worst.append(speed)
     rests = [min(own, other) if own > other + 0.08 * leg else own

@@ -65,7 +65,7 @@ def resting_heights(positions: np.ndarray) -> np.ndarray:
     found = np.zeros(len(FEET))
     for n, (heights, slow) in enumerate(zip(paths[..., 1].T, still.T)):
         chosen = heights[slow] if slow.sum() >= max(SHORTEST, 0.02 * slow.size) else heights
-        lowest = np.quantile(chosen, LOW)
+        lowest = np.quantile(chosen, LOW, method="lower")
         found[n] = np.median(chosen[np.abs(chosen - lowest) <= BAND * leg])
     other = found[[2, 3, 0, 1]]
     return np.where(found > other + HELD_UP * leg, other, found)
