@@ -59,7 +59,8 @@ def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
        over time. Speed: |np.gradient(path)|. leg as for `floor_height`.
     2. Still is below 0.5 * 0.0148 legs a frame. Of the heights of still frames (of all frames where
        fewer than 4, or 2 %, are still) the 5 % quantile q (the next lower of them), then the median
-       of those within 0.0125 legs of q. A joint that rests 0.08 legs above the other foot's rests there instead.
+       of those within 0.0125 legs of q. A joint that rests 0.08 legs above the other foot's rests
+       there instead.
     3. worst = the larger of speed / 0.0148 legs and height above rest / 0.0375 legs. A stance is a
        run with worst < 1.1 that goes below 1 / 1.1; runs at most 4 frames apart are one; then those
        of fewer than 4 frames are none, unless they touch an end of the clip.
