@@ -268,28 +268,37 @@ def test_files_whose_hashes_were_mended(folder, name, capsys):
             and "verdict: disagrees" in said.out and "Traceback" not in said.err)
 
 
-def test_what_is_exact_is_not_allowed_more(folder):
-    """Not even by somebody who mends every number and every hash."""
-    entry = next(c for c in read_manifest(folder)["cases"] if c["exact"])
-    output, place = dict(entry["outputs"][0]), folder / entry["folder"]
-    with np.load(folder / entry["file"]) as arrays:
-        held = {**arrays, "allowed0": 2 * arrays["allowed0"]}
-    assert held["allowed0"].max() > 0
-    np.savez(folder / entry["file"], **held)
-    output["bound"] *= 2
-    for name, data in case_files({**{key: entry[key] for key in CASE}, "outputs": [output]},
-                                 held).items():
+def remade(folder, entry, outputs, arrays):
+    """A case written anew by somebody who mends every number and every hash.   ->  complaints"""
+    place = folder / entry["folder"]
+    for path in place.iterdir():
+        path.unlink()
+    files = case_files({**{key: entry[key] for key in CASE}, "outputs": outputs}, arrays)
+    for name, data in files.items():
         (place / name).write_bytes(data)
+    np.savez(folder / entry["file"], **arrays)
 
     def _mended(manifest):
         mine = next(c for c in manifest["cases"] if c["id"] == entry["id"])
-        mine["outputs"] = [output]
+        mine["outputs"] = outputs
         mine["sha256"] = hashlib.sha256((folder / entry["file"]).read_bytes()).hexdigest()
-        mine["files"] = {name: hashlib.sha256((place / name).read_bytes()).hexdigest()
-                         for name in mine["files"]}
+        mine["files"] = {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
     edited(folder, _mended, rehash=True)
-    complaint, = read_folder(folder)[1]
+    return read_folder(folder)[1]
+
+
+def test_what_is_exact_is_not_allowed_more_and_nothing_is_no_answer(folder):
+    entry = next(c for c in read_manifest(folder)["cases"] if c["exact"])
+    with np.load(folder / entry["file"]) as found:
+        arrays = dict(found)
+    assert arrays["allowed0"].max() > 0
+    output, = entry["outputs"]
+    assert remade(folder, entry, [output], arrays) == []
+    complaint, = remade(folder, entry, [{**output, "bound": 2 * output["bound"]}],
+                        {**arrays, "allowed0": 2 * arrays["allowed0"]})
     assert "another allowance than what is exact may have" in complaint
+    inputs = {name: array for name, array in arrays.items() if name.startswith("in")}
+    assert "outputs: found none" in remade(folder, entry, [None], inputs)[0]
 
 
 def test_nothing_is_left_unsaid(exported):

@@ -42,6 +42,8 @@ def answer(folder):
         raise Leave(3, "" if name not in KNOWN else "float32")
     inputs = [np.load(os.path.join(folder, given["array"] + ".npy")) for given in call["arguments"]]
     if name.startswith("gram") and inputs[-1].ndim != 3 or inputs[-1].dtype.kind != "f":
+        if how == "crashes at what is bad":
+            os.kill(os.getpid(), signal.SIGSEGV)
         if how != "lax":
             raise Leave(7, "needed another x")
         inputs[-1] = np.zeros((1, 1, 1))
@@ -58,6 +60,7 @@ def answer(folder):
         elif how == "noise": y = y + np.random.rand() * 1e-9
         elif how == "one more": np.save(os.path.join(folder, "out1.npy"), y)
         elif how == "refuses NaN" and np.isnan(y).any(): raise Leave(1, "NaN is not for me")
+        elif how == "refuses no clips" and not y.size: raise Leave(1, "needed a clip")
         elif how == "refuses all": raise Leave(1, "not today")
         elif how == "nothing": return
         elif how == "hangs": time.sleep(1e6)
@@ -167,6 +170,12 @@ def test_a_crash_is_no_refusal_and_is_not_asked_for_ever(run):
     assert grades(report, "relu_backward") == {"agrees"}
 
 
+def test_a_crash_at_what_is_to_be_refused_is_no_refusal(run):
+    status, report, _ = run("crashes at what is bad", operations="relu")
+    wrong = [row["case"] for row in report["rows"] if row["grade"] == "wrong"]
+    assert status == 1 and wrong and all(name.endswith("/refused") for name in wrong)
+
+
 def test_a_program_that_closes_its_output(run):
     _, report, text = run("closes", "--time-limit", "3", operations="relu")
     assert "closes its standard output" in text and grades(report, "relu_backward") == {"agrees"}
@@ -184,6 +193,9 @@ def test_refusals_are_graded_and_say_why(run):
     row = next(r for r in report["rows"] if r["grade"] == "wrong")
     assert status == 1 and "Refused: exit status 1: NaN is not for me" in row["message"]
     assert run("refuses all")[0] == 1
+    status, report, _ = run("refuses no clips")
+    assert status == 0 and grades(report, "relu") == {"agrees", "stricter"}
+    assert run("refuses no clips", "--require", "relu")[0] == 1
     status, report, _ = run("lax")
     assert status == 0 and "laxer" in grades(report, "gram")
     assert run("lax", "--require", "gram")[0] == 1
