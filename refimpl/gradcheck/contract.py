@@ -19,9 +19,15 @@ from .errors import GradientError
 
 LINEAR, LAYOUT = 1e-12, 1e-12                                    # relative to the largest element
 MIXTURE = 1.7, -0.6                                   # weights with which two gradients are added
+MULTIPLES = -1.0, 1000.0, 1e-3                   # of dy: abs, clipping or a threshold would show
 
 
-def _is_float(x):
+def is_float(x: Any) -> bool:
+    """Whether something is an array that can have a gradient.
+
+    >>> is_float(np.zeros(2)), is_float(np.arange(2)), is_float(1.0)
+    (True, False, False)
+    """
     return isinstance(x, np.ndarray) and x.dtype.kind == "f"
 
 
@@ -167,7 +173,7 @@ def check_contract(f: Callable[..., Any], f_backward: Callable[..., Any], *input
     _spread_upstream(f_backward, y, inputs, names)
     _layouts(f, f_backward, dy, inputs, names, gradients)
     if single:
-        small = [x.astype(np.float32) if _is_float(x) else x for x in inputs]
+        small = [x.astype(np.float32) if is_float(x) else x for x in inputs]
         y = np.asarray(f(*small)).astype(np.float32)
         _types(_gradients(f_backward, y, small), small, names)
     if batched:
@@ -178,10 +184,10 @@ def _gradients(f_backward, dy, inputs):
     """{input: gradient} of the inputs that have one."""
     gradients = f_backward(dy, *inputs)
     gradients = gradients if isinstance(gradients, (tuple, list)) else (gradients,)
-    chosen = [i for i, x in enumerate(inputs) if _is_float(x)]
+    chosen = [i for i, x in enumerate(inputs) if is_float(x)]
     if len(gradients) == len(inputs):
-        return {i: gradients[i] for i in chosen}
-    return dict(zip(chosen, gradients))
+        gradients = [gradients[i] for i in chosen]
+    return {i: gradient for i, gradient in zip(chosen, gradients) if gradient is not None}
 
 
 def _left_alone(what, function, arguments, names):
@@ -239,7 +245,7 @@ def _repeatable(f, f_backward, dy, inputs, names, rng):
     _compare(first, "later in the array of the first call (a buffer used twice?)")
     _compare(_gradients(f_backward, dy, inputs), "after a call with another upstream gradient")
     # the same numbers elsewhere: still where f is defined
-    others = [np.flip(x).copy() if _is_float(x) else x for x in inputs]
+    others = [np.flip(x).copy() if is_float(x) else x for x in inputs]
     try:
         f_backward(rng.standard_normal(np.shape(f(*others))).astype(dy.dtype), *others)
         f(*others)
@@ -259,6 +265,12 @@ def _linear(f_backward, dy, inputs, names, gradients, rng):
         if not difference <= LINEAR * max(size, TINY):
             raise GradientError(f"{names[i]}: its gradient is not linear in the upstream gradient "
                                 f"(off by {difference:.3g} at a size of {size:.3g})")
+    for factor in MULTIPLES:
+        for i, scaled in _gradients(f_backward, factor * dy, inputs).items():
+            if not _close(scaled, factor * gradients[i]):
+                raise GradientError(f"{names[i]}: its gradient is not linear in the upstream "
+                                    f"gradient: for {factor:g} times it, found another one than "
+                                    f"{factor:g} times the gradient")
 
 
 def _spread_upstream(f_backward, y, inputs, names):

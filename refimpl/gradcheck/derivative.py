@@ -22,7 +22,7 @@ Line = Callable[[Any], np.ndarray]
 
 COMPLEX_STEP = 1e-30
 STEPS = 4e-3 * 4.0 ** -np.arange(7)              # of the central differences: 4e-3 ... 1e-6
-CLOSE_STEPS = STEPS[-1] * 4.0 ** -np.arange(4)   # where a kink lies within the larger ones
+FAR = 1e8                # an output that does not move over this step does not depend on the line
 
 
 def line(f: Callable[..., Any], inputs: Sequence[Any],
@@ -61,6 +61,16 @@ def complex_step(along: Line, dy: np.ndarray) -> float | None:
     return float(np.sum(dy * (np.imag(y) / COMPLEX_STEP))) if np.iscomplexobj(y) else None
 
 
+def complex_terms(along: Line, dy: np.ndarray) -> float:
+    """The size of what the derivative by a complex step sums: sum |dy_j dy_j/dh|, to which its
+    rounding is relative.
+
+    >>> complex_terms(lambda h: np.array([h, -h]), np.ones(2))
+    2.0
+    """
+    return float(np.abs(dy * (np.imag(along(1j * COMPLEX_STEP)) / COMPLEX_STEP)).sum())
+
+
 def extrapolate(along: Line, dy: np.ndarray,
                 steps: Sequence[float] | np.ndarray = STEPS) -> tuple[float, float]:
     r"""Central differences, which err by h^2, h^4, ..., extrapolated to h = 0 (Richardson; Ridders'
@@ -80,19 +90,58 @@ def extrapolate(along: Line, dy: np.ndarray,
     >>> abs(slope - 1) < 1e-12, error < 1e-11
     (True, True)
     """
-    rounding = np.finfo(float).eps * float(np.sum(np.abs(dy * along(0.0))))
-    best, error = np.nan, np.inf
+    return extrapolate_with_jump(along, dy, steps)[:2]
+
+
+def extrapolate_with_jump(along: Line, dy: np.ndarray,
+                          steps: Sequence[float] | np.ndarray = STEPS
+                          ) -> tuple[float, float, float]:
+    """`extrapolate`, and how far the quotients to both sides are apart at the smallest step: at a
+    kink, or with one within that step, as far as the slopes.
+
+    >>> slope, _, jump = extrapolate_with_jump(np.abs, np.ones(()))
+    >>> slope, jump
+    (0.0, 2.0)
+    """
+    here, smallest = along(0.0), float(np.nextafter(0, 1))
+    free = independent(along, here)
+    best, error, jump = np.nan, np.inf, np.inf
     previous: list[float] = []
     for h in steps:
-        # output by output: a difference of sums would cost digits
-        row = [float(np.sum(dy * (along(h) - along(-h)))) / (2 * h)]
+        with np.errstate(all="ignore"):
+            above, below = along(h), along(-h)
+            # output by output: a difference of sums would cost digits
+            row = [float(np.sum(dy * (above - below))) / (2 * h)]
+            jump = abs(float(np.sum(dy * (above - here))) + float(np.sum(dy * (below - here)))) / h
+            still = (above == below) & (above == here)
+            lost = np.finfo(float).eps * np.abs(dy * here)
+            # what moves is rounded at each step, what does not may have moved by less than a digit
+            rounding = (float(np.sum(lost, where=~still)) / h + smallest * len(steps) / h
+                        + float(np.sum(lost, where=still & ~free)) / steps[0])
         for k, coarser in enumerate(previous, start=1):
             row.append(row[-1] + (row[-1] - coarser) / (16.0 ** k - 1))
-            estimate = max(abs(row[-1] - row[-2]), abs(row[-1] - coarser), rounding / h)
+            estimate = max(abs(row[-1] - row[-2]), abs(row[-1] - coarser), rounding)
             if estimate <= error:
                 best, error = row[-1], estimate
         previous = row
-    return float(best), float(error)
+    return float(best), float(error), float(jump)
+
+
+def independent(along: Line, here: np.ndarray) -> np.ndarray:
+    """Which outputs do not depend on the line at all: not even a very long step moves them.
+
+    >>> x = np.array([1.0, 2.0])
+    >>> independent(lambda h: x + np.array([h, 0.0]), x).tolist()
+    [False, True]
+    """
+    free = np.ones(np.shape(here), bool)
+    for h in (FAR, -FAR):
+        try:
+            with np.errstate(all="ignore"):
+                free &= np.asarray(along(h)) == here
+        except Exception:                        # whatever it is: the function has no value there
+            return np.zeros(np.shape(here), bool)
+    return free
 
 
 def is_analytic(along: Line, dy: np.ndarray, tolerance: float = 1e-6) -> bool:

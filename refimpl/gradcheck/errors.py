@@ -9,6 +9,12 @@ class GradientError(AssertionError):
     """
 
 
+class UndecidedError(GradientError):
+    """Whether a gradient is right cannot be told with the digits that the function has there; not
+    shown to be wrong, and not shown to be right.
+    """
+
+
 def describe(found: Any, expected: Any, tolerance: float) -> str:
     """Two numbers and how far they may be apart, in words.
 

@@ -23,7 +23,7 @@ class Row:
     """One input's verdict.
 
     exact : equal to the last bit;  approximate : within the tolerance;  difference : the largest
-    one found
+    one found;  resolves : what could still be told, relative to the gradient's largest element
     """
 
     name: str
@@ -31,6 +31,7 @@ class Row:
     approximate: bool
     difference: float
     checked_by: str
+    resolves: float = float("nan")
 
 
 def verdicts(rows: Iterable[Row]) -> list[str]:
@@ -48,16 +49,23 @@ def verdicts(rows: Iterable[Row]) -> list[str]:
 
 @dataclass(frozen=True)
 class Report:
-    """All rows, and what failed; prints as the table of `verdicts` with the failures below it."""
+    """All rows, what failed, what could not be decided, and what else was looked at; prints as the
+    table of `verdicts` with all of that below it.
+    """
 
     rows: tuple[Row, ...]
     failures: tuple[str, ...]
+    undecided: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
-        """Whether nothing failed."""
-        return not self.failures
+        """Whether nothing failed, and nothing is undecided."""
+        return not self.failures and not self.undecided
 
     def __str__(self) -> str:
-        return "\n".join([*verdicts(self.rows), *(f"FAILED {f}" for f in self.failures),
-                          *["passed"] * self.passed])
+        told = [f"{row.name}: told to {row.resolves:.0e} of its largest element"
+                for row in self.rows if row.resolves == row.resolves]
+        return "\n".join([*verdicts(self.rows), *told, *self.notes,
+                          *(f"FAILED {f}" for f in self.failures),
+                          *(f"UNDECIDED {u}" for u in self.undecided), *["passed"] * self.passed])

@@ -268,24 +268,33 @@ def test_a_gradient_is_linear_in_the_upstream_gradient():
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
-@pytest.mark.parametrize("off, linear", [(0.9e-12, True), (1.1e-12, False)])
-def test_linear_to_twelve_digits_of_the_largest_element(off, linear, scale):
+@pytest.mark.parametrize("off", [1.1e-12, 1e-9, 1e-6])
+def test_linear_to_twelve_digits_of_the_largest_element(off, scale):
     """A constant c in the gradient is c (1 - 1.7 + 0.6) = -0.1 c off when two upstream gradients
     are mixed, 1.7 dy - 0.6 dy'.
     """
     rng = np.random.default_rng([0, 3])
     largest = 1.7 * np.abs(scale * rng.standard_normal(5)).max()
 
-    def backward(dy, x):
+    def backward(dy, x, constant=10 * off * largest):
         dx = scale * dy
-        dx[0] += 10 * off * largest
+        dx[0] += constant
         return dx
-    if linear:
-        nn.check_contract(lambda x: scale * x, backward, np.arange(5.0))
-    else:
-        assert message(lambda x: scale * x, backward, np.arange(5.0), names=["x"]) == \
-            ("x: its gradient is not linear in the upstream gradient "
-             f"(off by {off * largest:.3g} at a size of {largest:.3g})")
+    assert message(lambda x: scale * x, backward, np.arange(5.0), names=["x"]) == \
+        ("x: its gradient is not linear in the upstream gradient "
+         f"(off by {off * largest:.3g} at a size of {largest:.3g})")
+    nn.check_contract(lambda x: scale * x, lambda dy, x: backward(dy, x, 1e-16 * largest),
+                      np.arange(5.0))
+
+
+@pytest.mark.parametrize("change, factor", [
+    (np.abs, "-1"), (lambda dy: np.clip(dy, -5, 5), "1000"),
+    (lambda dy: np.where(np.abs(dy) < 1e-2, 0, dy), "0.001")])
+def test_multiples_of_the_upstream_gradient_of_a_single_number(change, factor):
+    """A loss is one number: two of its upstream gradients often have one sign."""
+    said = message(lambda x: np.sum(x ** 2), lambda dy, x: 2 * change(dy) * x, np.arange(1.0, 4.0),
+                   names=["x"], seed=5)
+    assert f"for {factor} times it, found another" in said or "(off by" in said
 
 
 def test_an_upstream_gradient_of_stride_0_is_as_good_as_any():
