@@ -39,7 +39,19 @@ def line(f: Callable[..., Any], inputs: Sequence[Any],
     return _along
 
 
-def complex_step(along: Line, dy: np.ndarray) -> float | None:
+def value_at(along: Line, h: float, here: np.ndarray) -> np.ndarray:
+    """along(h), and NaN where the function refuses what lies there.
+
+    here : along(0), for the shape
+    """
+    try:
+        there = np.asarray(along(h))
+    except Exception:                            # whatever it is: the function has no value there
+        return np.full(np.shape(here), np.nan)
+    return there if there.shape == np.shape(here) else np.full(np.shape(here), np.nan)
+
+
+def complex_step(along: Line, dy: np.ndarray, step: float = COMPLEX_STEP) -> float | None:
     r"""The derivative of an analytic function by a step in the imaginary direction. No difference
     is taken, so nothing cancels and h may be tiny:
 
@@ -55,10 +67,10 @@ def complex_step(along: Line, dy: np.ndarray) -> float | None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")           # NumPy only warns when it drops an imaginary part
         try:
-            y = along(1j * COMPLEX_STEP)
+            y = along(1j * step)
         except Exception:                        # whatever it is: this function is for real numbers
             return None
-    return float(np.sum(dy * (np.imag(y) / COMPLEX_STEP))) if np.iscomplexobj(y) else None
+    return float(np.sum(dy * (np.imag(y) / step))) if np.iscomplexobj(y) else None
 
 
 def complex_terms(along: Line, dy: np.ndarray) -> float:
@@ -109,7 +121,7 @@ def extrapolate_with_jump(along: Line, dy: np.ndarray,
     previous: list[float] = []
     for h in steps:
         with np.errstate(all="ignore"):
-            above, below = along(h), along(-h)
+            above, below = value_at(along, h, here), value_at(along, -h, here)
             # output by output: a difference of sums would cost digits
             row = [float(np.sum(dy * (above - below))) / (2 * h)]
             jump = abs(float(np.sum(dy * (above - here))) + float(np.sum(dy * (below - here)))) / h
@@ -134,14 +146,9 @@ def independent(along: Line, here: np.ndarray) -> np.ndarray:
     >>> independent(lambda h: x + np.array([h, 0.0]), x).tolist()
     [False, True]
     """
-    free = np.ones(np.shape(here), bool)
-    for h in (FAR, -FAR):
-        try:
-            with np.errstate(all="ignore"):
-                free &= np.asarray(along(h)) == here
-        except Exception:                        # whatever it is: the function has no value there
-            return np.zeros(np.shape(here), bool)
-    return free
+    with np.errstate(all="ignore"):
+        far = [value_at(along, h, here) for h in (FAR, -FAR)]
+    return np.asarray((far[0] == here) & (far[1] == here))
 
 
 def is_analytic(along: Line, dy: np.ndarray, tolerance: float = 1e-6) -> bool:
@@ -189,8 +196,8 @@ def remainder_slope(along: Line, dy: np.ndarray, derivative: float,
     [2, 1]
     """
     here = along(0.0)
-    remainders = np.array([abs(float(np.sum(dy * (along(h) - here))) - h * derivative)
-                           for h in steps])
+    rises = [float(np.sum(dy * (value_at(along, h, here) - here))) for h in steps]
+    remainders = np.abs(np.array(rises) - np.array(steps) * derivative)
     rounding = 1e-13 * (float(np.sum(np.abs(dy * here))) + abs(derivative) * steps[0])
     if not remainders.min() > 100 * rounding:
         return None

@@ -14,14 +14,15 @@ from .contract import copies, is_float
 from .difference import TINY
 from .errors import describe
 from .report import Row
-from .slope import CERTAIN, Slope, measure
+from .slope import CERTAIN, Slope, measure, noise_of
 
 EXACT = 1e-13           # of the terms that an element sums: the complex step's rounding
 PLAIN = 1e-12           # of a derivative by differences, beyond its own error
 RESOLVED, NEGLIGIBLE = 1e-5, 1e-9       # of the element, of the largest: what must be told
 BLURRED = 1e-6          # of the largest, where kinks or noise are near
 JUDGED = 12             # so many of the elements that disagree at first sight are measured again
-NOISES = 3              # draws of the rounding of a claim
+SHORTER = 0.7e-30, 0.3e-30               # other complex steps: f's own rounding differs in them
+NEAR = 1e-9             # between the points at which the rounding of a claim is measured
 
 
 def judge_elements(f, f_backward, dy, inputs, i, name, claim, rng, seed, most, sample):
@@ -38,8 +39,7 @@ def judge_elements(f, f_backward, dy, inputs, i, name, claim, rng, seed, most, s
     elements = np.arange(x.size)
     if x.size > most:
         elements = rng.choice(x.size, min(most, sample), replace=False)
-        own = np.where(x == 0, v[i], np.abs(x) * rng.standard_normal(x.shape))
-        for way in (v[i], own):                  # kinks at 0 are not crossed by steps of own size
+        for way in (v[i], own_sizes(x, v[i])):
             if not _line_agrees(f, dy, inputs, i, claim, way, analytic):
                 elements = np.union1d(elements, _locate(f, dy, inputs, i, claim, way, analytic))
     look = _Look(f, f_backward, dy, inputs, i, claim)
@@ -147,21 +147,23 @@ class _Look:
         if slope.why or CERTAIN * slope.error > RESOLVED * abs(slope.value):
             other = self._measured(e, element or 1.0)
             slope = min(slope, other, key=lambda one: (bool(one.why), one.error))
-        if exact is not None and np.isfinite(exact) and not slope.kink:
-            rounding += EXACT * derivative.complex_terms(self._along(e, 1.0), self.dy)
+        # where the step's product is too small for its digits, the differences decide alone
+        if exact is not None and 1e-270 < abs(exact) < np.inf and not slope.kink:
+            along = self._along(e, 1.0)
+            others = [derivative.complex_step(along, self.dy, step) for step in SHORTER]
+            rounding += CERTAIN * max(abs(exact - other) for other in others if other is not None)
+            rounding += EXACT * derivative.complex_terms(along, self.dy)
             if not np.isfinite(slope.value) or abs(slope.value - exact) <= max(
                     CERTAIN * slope.error, 1e-6 * abs(exact)):
                 slope = Slope(exact, exact, 0.0)
         allowed = CERTAIN * slope.error + PLAIN * abs(slope.value) * (slope.error > 0) + rounding
         off = slope.distance(claimed)
-        if slope.why and abs(claimed) > 0:
-            return None, slope, allowed
         if not np.isfinite(slope.value):
             return None, slope, allowed
         if not off <= allowed:
             return False, slope, allowed
         told = allowed <= max(RESOLVED * max(abs(slope.left), abs(slope.right)),
-                              BLURRED * self.size)
+                              BLURRED * self.size) or claimed == slope.left == slope.right
         return (True if told else None), slope, allowed
 
     def _measured(self, e, step):
@@ -169,20 +171,24 @@ class _Look:
         return Slope(slope.left / step, slope.right / step, slope.error / step, slope.why)
 
     def rounding(self, e):
-        """What the rounding of the backward does to an element: the middle of three draws in which
-        every number it reads is off by its last digit; a hundred times that, at most 1e-10 of the
-        largest.
+        """What the rounding of the backward does to an element: the noise of its claims at eight
+        points in a row, thirty times that, at most 1e-10 of the largest.
         """
         if self._noise is None:
-            rng, moved = np.random.default_rng(0), []
-            for _ in range(NOISES):
-                dy, *inputs = [x * (1 + np.finfo(float).eps * rng.choice([-1.0, 1.0], x.shape))
-                               if is_float(x) else x for x in copies((self.dy, *self.inputs))]
-                moved.append(np.abs(_gradient(self.f_backward(dy, *inputs), inputs, self.i,
-                                              self.claim) - self.claim))
-            self._noise = 100 * np.median(moved, axis=0)
-        noise = float(self._noise.flat[e])
-        return min(noise, 1e-10 * self.size) if np.isfinite(noise) else 0.0
+            rng = np.random.default_rng(0)
+            chosen = [n for n, x in enumerate(self.inputs) if is_float(x)]
+            v = random_directions(self.inputs, chosen, rng, own=True)
+            claims = []
+            for k in range(8):
+                inputs = [x + k * NEAR * v[n] if n in v else x for n, x in enumerate(self.inputs)]
+                try:
+                    gradients = self.f_backward(*copies((self.dy, *inputs)))
+                    claims.append(_gradient(gradients, inputs, self.i, self.claim))
+                except Exception:                # whatever it is: it is not for these
+                    claims.append(self.claim)
+            self._noise = 30 * noise_of(claims)
+        found = float(self._noise.flat[e])
+        return min(found, 1e-10 * self.size) if np.isfinite(found) else 0.0
 
 
 def _gradient(gradients, inputs, i, claim):
@@ -255,9 +261,17 @@ def summed_along(claims: dict[int, np.ndarray], v: dict[int, Any]) -> tuple[floa
     return float(sum(t.sum() for t in terms)), max(size, TINY)
 
 
-def random_directions(inputs, chosen, rng):
-    """A direction for each chosen input, of the input's own size."""
-    return {i: scale(inputs[i]) * rng.standard_normal(inputs[i].shape) for i in chosen}
+def random_directions(inputs, chosen, rng, own=False):
+    """A direction for each chosen input, of the input's own size, or (own) each element's."""
+    v = {i: scale(inputs[i]) * rng.standard_normal(inputs[i].shape) for i in chosen}
+    return {i: own_sizes(inputs[i], v[i]) for i in v} if own else v
+
+
+def own_sizes(x, v):
+    """A direction that moves each element by its own size; zeros as before. No kink at 0 is crossed
+    along it.
+    """
+    return np.where(x == 0, v, v * np.abs(x) / scale(x))
 
 
 def scale(x: np.ndarray) -> float:

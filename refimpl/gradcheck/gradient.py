@@ -198,7 +198,7 @@ def _elsewhere(f, f_backward, inputs, names, seed):
             with np.errstate(all="ignore"):
                 dy = upstream(f, others, seed)
                 claims = _claims(f_backward, dy, others, names)
-                v = random_directions(others, claims, np.random.default_rng([seed, 4]))
+                v = random_directions(others, claims, np.random.default_rng([seed, 4]), own=True)
                 agrees, slope, claimed, allowed = agrees_along(
                     derivative.line(f, others, v), dy, claims, v, 1e-6)
         except Exception:                        # whatever it is: f is not for these

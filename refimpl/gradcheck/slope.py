@@ -13,19 +13,20 @@ from an eighth of the line's unit down to where rounding takes over, and three t
   the spread of the two best extrapolations as the error.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import factorial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .derivative import Line, independent
+from .derivative import Line, independent, value_at
 
 STEPS = 0.125 * 4.0 ** -np.arange(26)            # down to 1e-16
-SPACINGS = 1e-13, 1e-11, 1e-9, 1e-7              # at which the noise is looked for
+SPACINGS = 1e-13, 1e-11, 1e-9, 1e-8, 1e-7        # at which the noise is looked for
 LOCAL = 1e-4            # the shortest step is that whose quotient rounding leaves four digits
 CURVED = 8              # by which a difference of quotients may grow when the step grows fourfold
 ROUNDING = 20           # of the noise: less is no difference
+BESIDE = 100            # times the noise of the other side: that is a kink
 CERTAIN = 20            # of the error: more is no accident
 
 
@@ -83,10 +84,11 @@ def measure(along: Line, dy: np.ndarray, size: float) -> Slope:
     finite = np.isfinite(both)
     floor = max([size for pair in probes for value, size in pair if np.isfinite(value + size)
                  and abs(value) < size / LOCAL ** 2] or [0.0])
-    rounding = 2 * (noise(rise, _plateau(right, left)) + floor) / STEPS + still()
+    rounding = 4 * (noise(rise, _plateau(right, left)) + floor) / STEPS + still()
     if not finite.all(axis=0).any():
         return _boundary(both, finite, rounding)
     large = np.where(finite, np.abs(both), 0).max(axis=0)
+    rounding += 2 * np.finfo(float).eps * large / STEPS          # of the inputs, x + h v
     local = finite.all(axis=0) & (rounding <= LOCAL * np.maximum(large, 1e-6 * size))
     if not local.any():
         best = int(np.argmin(np.where(finite.all(axis=0), rounding, np.inf)))
@@ -96,29 +98,65 @@ def measure(along: Line, dy: np.ndarray, size: float) -> Slope:
     k = int(np.nonzero(local)[0].max())
     gap = np.abs(right - left)
     if gap[k] > ROUNDING * rounding[k] and k and gap[k - 1] < 1.6 * gap[k]:
+        beside = _beside(both, rounding, gap, k)
+        if beside:
+            return beside
         (a, error_a), (b, error_b) = (_side(side, rounding, k) for side in (left, right))
         return Slope(a, b, max(error_a, error_b))
     if gap[k] > ROUNDING * rounding[k] and (not k or gap[k - 1] < 2.5 * gap[k]):
         middle = float(both[:, k].mean())
         return Slope(middle, middle, float(gap[k]),
                      "its slope changes down to the shortest steps that have digits")
-    first = k
-    while first and gap[first - 1] <= CURVED * gap[first] + ROUNDING * rounding[first]:
+    first, seen = k, ROUNDING * rounding
+    while first and _smooth(gap[first - 1], gap[first], seen[first - 1], seen[first]):
         first -= 1
+    if first and gap[first - 1] <= seen[first] and not _smooth(gap[first - 1], gap[first], 0, 0):
+        (a, error_a), (b, error_b) = (_side(side, rounding, first - 1) for side in (left, right))
+        return Slope(a, b, max(error_a, error_b))        # a kink, hidden by rounding further on
     zone = slice(first, k + 1)
     value, error = _limit(both.mean(axis=0)[zone], rounding[zone], 2)
     jump, unsure = _limit((right - left)[zone], rounding[zone], 1)
     half = jump / 2 if abs(jump) > CERTAIN * unsure else 0.0     # a kink among many smooth terms
-    return Slope(value - half, value + half, max(error, unsure), _stairs(both, k))
+    if _stairs(both, k):
+        return Slope(value, value, float(np.abs(both).max()),
+                     "f rises in steps, it is flat between them")
+    return Slope(value - half, value + half, max(error, unsure))
 
 
-def noise(rise: Callable[[float], tuple[float, float]], longest: float = 1.0) -> float:
-    r"""The noise of a function, from differences of the orders 4 to 6 of eight values in a row:
+def _smooth(longer, shorter, hidden_longer, hidden_shorter):
+    """Whether the difference of both sides, at one step and at a quarter of it, is a smooth
+    function's: hidden in rounding, or fourfold (64-fold, where the curvature is 0) at the longer.
+    """
+    if longer <= hidden_longer:
+        return True
+    return longer <= CURVED ** 2 * max(shorter, hidden_shorter) and longer >= 2.5 * shorter
+
+
+def noise_of(values: Sequence[Any]) -> np.ndarray:
+    r"""The noise of eight values in a row of something smooth, from differences of the orders 4
+    to 6:
 
         sigma_k^2 = (k!)^2 / (2 k)!  mean (Delta^k)^2
 
-    of rounding the same for every order, of a smooth function smaller with each. The calmer of the
-    two sides counts, for a kink may lie on the other.
+    of rounding the same for every order, of a smooth function smaller with each; the smallest
+    counts, and none where they fall tenfold.   ->  one for each element of a value
+
+    >>> float(noise_of([1.0, 1.0, 1.0, 1.0, 1.1, 1.0, 1.0, 1.0])) > 0.01
+    True
+    """
+    table, levels = np.array(values), []
+    size = np.abs(table).max(axis=0) + float(np.nextafter(0, 1))
+    table = table / size                         # squares of the smallest numbers would be 0
+    for k in range(1, 7):
+        table = np.diff(table, axis=0)
+        levels.append(np.sqrt(factorial(k) ** 2 / factorial(2 * k)
+                              * np.mean(np.square(table), axis=0)))
+    return size * np.where(levels[5] < 0.1 * levels[3], 0.0, np.min(levels[3:], axis=0))
+
+
+def noise(rise: Callable[[float], tuple[float, float]], longest: float = 1.0) -> float:
+    """The noise of a function at several spacings. Of the two sides the calmer one where the other
+    is much worse: a kink may lie there.
 
     rise : h -> value, anything;  longest : spacing that is looked at
 
@@ -129,15 +167,10 @@ def noise(rise: Callable[[float], tuple[float, float]], longest: float = 1.0) ->
     for sign in (1, -1):
         found = [0.0]
         for spacing in [s for s in SPACINGS if s <= longest]:
-            table = np.array([rise(sign * spacing * k)[0] for k in range(8)])
-            levels = []
-            for k in range(1, 7):
-                table = np.diff(table)
-                levels.append(np.sqrt(factorial(k) ** 2 / factorial(2 * k) * np.mean(table ** 2)))
-            if np.isfinite(levels).all() and max(levels[3:]) <= 4 * min(levels[3:]):
-                found.append(float(np.median(levels[3:])))
+            level = float(noise_of([rise(sign * spacing * k)[0] for k in range(8)]))
+            found += [level] if np.isfinite(level) else []
         sides.append(max(found))
-    return min(sides)
+    return max(sides) if max(sides) < BESIDE * min(sides) else min(sides)
 
 
 def _plateau(right, left):
@@ -145,8 +178,8 @@ def _plateau(right, left):
     sides agree to a hundredth: what is seen over longer steps is no noise.
     """
     mean = (right + left) / 2
-    near = (np.abs(right - left) <= 0.01 * np.abs(mean)) & (mean != 0)
-    near[1:] &= np.abs(np.diff(mean)) <= 0.01 * np.abs(mean[1:])
+    near = (np.abs(right - left) <= np.abs(mean) / 3) & (mean != 0)
+    near[1:] &= np.abs(np.diff(mean)) <= np.abs(mean[1:]) / 3
     run = [i for i in range(2, len(STEPS)) if near[i - 2:i + 1].all()]
     if not run:
         return 1.0
@@ -165,21 +198,22 @@ def _rise(along, dy):
     eps, smallest = float(np.finfo(float).eps), float(np.nextafter(0, 1))
 
     def _at(h):
-        try:
-            there = np.asarray(along(h))
-        except Exception:                        # whatever it is: the function has no value there
-            return np.nan, 0.0
-        if there.shape != here.shape:
-            return np.nan, 0.0
+        there = value_at(along, h, here)
         changed = there != here
         moved[...] |= changed
         terms = np.where(changed, dy * (there - here), 0.0)
         size = np.where(changed, dy * np.maximum(np.abs(there), np.abs(here)), 0.0)
-        return float(terms.sum()), eps * float(np.linalg.norm(size)) + smallest
+        return float(terms.sum()), eps * _norm(size) + smallest
 
     def _still():                # the slope of outputs whose rise was too small for their digits
-        return eps / STEPS[0] * float(np.linalg.norm(np.where(moved, 0.0, dy * here)))
+        return eps / STEPS[0] * _norm(np.where(moved, 0.0, dy * here))
     return _at, _still
+
+
+def _norm(x):
+    """The Euclidean norm, of the smallest numbers too."""
+    size = float(np.abs(x).max(initial=0.0))
+    return size * float(np.linalg.norm(x / size)) if 0 < size < np.inf else size
 
 
 def _limit(values, rounding, power):
@@ -197,6 +231,18 @@ def _limit(values, rounding, power):
     found.sort()
     (error, best), (_, second) = found[0], found[min(1, len(found) - 1)]
     return float(best), float(max(error, abs(best - second)))
+
+
+def _beside(both, rounding, gap, k):
+    """Where two digits are left of still shorter steps, and the sides agree over those: the slope
+    there, for the kink lies beside the point.   ->  Slope or None
+    """
+    told = np.flatnonzero(rounding <= 0.01 * gap[k])
+    j = int(told.max()) if len(told) else k
+    if gap[j] > 0.5 * gap[k]:
+        return None
+    middle = float(both[:, j].mean())
+    return Slope(middle, middle, float(gap[j] + rounding[j]))
 
 
 def _side(quotients, rounding, k):
@@ -225,9 +271,11 @@ def _boundary(both, finite, rounding):
 
 
 def _stairs(both, k):
-    """A function that rises in steps is flat between them, on both sides, and yet rises."""
-    flat = not both[:, k:].any()
-    coarse = both[:, :4]
-    rises = np.isfinite(coarse).all() and (np.abs(coarse).min(axis=1) > 0).all()
-    agree = rises and np.ptp(coarse[:, 0]) < 0.5 * np.abs(coarse[:, 0]).min()
-    return "f rises in steps, it is flat between them" if flat and agree else ""
+    """A function that rises in steps is flat between them, on both sides, and then rises at once:
+    the shortest step that moves it has as steep a quotient as one 64 times as long.
+    """
+    sudden = []
+    for side in np.abs(both):
+        first = int(np.flatnonzero(side)[-1]) if side.any() else 0
+        sudden.append(first >= 3 and side[first] >= 0.25 * side[first - 3])
+    return not both[:, k:].any() and all(sudden)
