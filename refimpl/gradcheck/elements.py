@@ -163,7 +163,8 @@ class _Look:
         if not off <= allowed:
             return False, slope, allowed
         told = allowed <= max(RESOLVED * max(abs(slope.left), abs(slope.right)),
-                              BLURRED * self.size) or claimed == slope.left == slope.right
+                              BLURRED * self.size) or (claimed == slope.left == slope.right == 0
+                                                       and not slope.why)
         return (True if told else None), slope, allowed
 
     def _measured(self, e, step):
