@@ -64,6 +64,30 @@ def test_transfer_keeps_skeleton_and_frames(models, folder, tmp_path, capsys):
     assert "60 frames/s in style 'old'" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("optimise", [False, True], ids=["network", "optimise"])
+def test_a_part_of_a_clip_alone_is_stylised_and_written(models, folder, tmp_path, capsys, optimise):
+    clip, out = str(folder / "walk_normal_1.bvh"), tmp_path / "out.bvh"
+    run = ["transfer", "-o", str(out), *(
+        ["--method", "optimise", "--content", clip, "--style", str(folder / "walk_old_0.bvh"),
+         "--manifold", str(models / "manifold.npz"), "--iterations", "2"] if optimise
+        else [str(models / "old.npz"), clip])]
+    assert main([*run, "--from", "1.5", "--to", "3"]) == 0
+    content, result = take.read_take(clip), take.read_take(out)
+    assert result.clip.frames == 90
+    there = content.positions[90:180, 0]
+    assert np.linalg.norm(result.positions[0, 0] - there[0]) < 0.2 * content.leg
+    for wrong, words in ((["--from", "3", "--to", "2"], "found 3 to 2 seconds, needed a part"),
+                         (["--to", "9"], "found 0 to 9 seconds, needed a part"),
+                         (["--from", "4.5"], "found 4.5 to 4.5 seconds")):
+        out.unlink(missing_ok=True)
+        capsys.readouterr()
+        assert main([*run, *wrong]) == 2 and not out.exists()
+        said = capsys.readouterr().err
+        assert words in said and said.count("\n") == 1
+    with pytest.raises(SystemExit):
+        main([*run, "--from", "-1"])
+
+
 @pytest.mark.parametrize("still", [False, True])
 def test_a_path_has_its_yardstick_and_a_clip_out_of_range_its_warning(models, folder, tmp_path,
                                                                       capsys, still):

@@ -14,6 +14,7 @@ from ..motion.body import carries_hips, guess_unit, read_take, standing_height
 from ..motion.bvh import write_bvh
 from ..motion.features import bone_lengths, path_length
 from ..motion.joints import SLOT, MappingError, read_mapping
+from ..motion.part import part_of
 from .options import InputPath, OutputPath, check_ending, number, whole, write_report
 
 DESCRIPTION = """A clip in another style, on its own skeleton, at 60 frames a second: by a trained
@@ -23,7 +24,8 @@ network of this package, or --network and --preprocess, the two files of the aut
 of `refimpl train-2016`. --form own is this package's form of the search, --form coded the one of
 the 2016 code, statement by statement, which needs the two files, takes the whole clip for its
 content and the first 240 rows of one clip for its style; the code locks no feet: --raw shows what
-it shows."""
+it shows. Of a clip of which a part alone is wanted, --from and --to write that part alone; floor,
+contacts and what the method sees before and after it are those of the whole clip."""
 _FORMS = ("own", "coded")
 
 
@@ -36,6 +38,12 @@ def add_commands(commands: Any) -> None:
     command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputPath, required=True)
     command.add_argument("--mapping", metavar="FILE.csv", type=InputPath,
                          help="lines slot,joint for a skeleton with other names")
+    command.add_argument("--from", dest="begin", metavar="SECONDS", type=number(least=0),
+                         default=0.0, help="stylise and write the clip from here on "
+                         "(default: from its first row)")
+    command.add_argument("--to", dest="end", metavar="SECONDS", type=number(above=0),
+                         help="and until here, both counted from the clip's first row "
+                         "(default: to its last)")
     command.add_argument("--raw", action="store_true",
                          help="what the method gives as it is, jitter and sliding feet included")
     command.add_argument("--no-projection", action="store_true",
@@ -94,7 +102,7 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         style = load_style(arguments.style_file)
         name = repr(style.name)
-    take = read_take(content, overrides)
+    take = part_of(read_take(content, overrides), arguments.begin, arguments.end)
     if optimised:
         result = _optimise(arguments, take, exemplars, manifold, network)
     else:

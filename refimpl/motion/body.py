@@ -38,6 +38,7 @@ class Take:
     upright : (3, 3) turns the file's world y up
     positions : (T, 21, 3), y up
     features (T, 66), start, contacts (T, 4) : the 66 numbers, what they leave out, planted feet
+    toes (2,) : at which height the left and the right toe joint rest
     around : (T + 2 MARGIN, 66), the features with frames before and after, in which the clip goes
     on (`extend`), for networks that look to both sides of a frame
     strays : the clip's rows that are not part of its motion, of which all the rest knows nothing
@@ -52,13 +53,9 @@ class Take:
     features: np.ndarray = field(repr=False)
     start: Start
     contacts: np.ndarray = field(repr=False)
+    toes: np.ndarray
     around: np.ndarray = field(repr=False)
     strays: Strays = field(repr=False)
-
-    @property
-    def toes(self) -> np.ndarray:
-        """At which height the left and the right toe joint rest.   ->  (2,)"""
-        return resting_heights(self.positions)[1::2]
 
     @property
     def leg(self) -> float:
@@ -103,7 +100,7 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
         raise ValueError(f"{name}: found shoulders exactly opposite to the hips in some frame, "
                          "needed to know where the body faces")
     return Take(clip, rotations, translations, mapping, upright, positions, features, start,
-                contacts, around, strays)
+                contacts, resting_heights(positions)[1::2], around, strays)
 
 
 def read_take(path: str | Path, overrides: dict[str, str] | None = None) -> Take:
