@@ -134,7 +134,9 @@ def map_joints(joints: Sequence[Joint], overrides: dict[str, str] | None = None,
             raise MappingError(
                 f"{name}: found {joints[indices[child]].name!r} for {SLOTS[child]}, needed a joint "
                 f"below {joints[indices[parent]].name!r}, which feeds {SLOTS[parent]}")
-    family = "the mapping's" if set(overrides) >= set(SLOTS) else family
+    by_family = {slot for slot, joint in found.items() if slot not in given and not
+                 tips[SLOT[slot]].any()}
+    family = " and ".join([family] * bool(by_family) + ["the mapping's"] * bool(given))
     return Mapping(np.array(indices), tips, family)
 
 

@@ -25,7 +25,8 @@ class Stylised:
     astray : mean distance of the path of T(I) from the content's, and way : the length of the
     content's, in legs;
     kept : whether the content's path was kept instead;  strays : what is said of rows that were
-    left as they are;  strangeness : of the content (`known.Known`), NaN where the style does not
+    left as they are;  hinges : joints whose new pose needs more rotation channels than the file
+    has for them;  strangeness : of the content (`known.Known`), NaN where the style does not
     know
     """
 
@@ -36,12 +37,16 @@ class Stylised:
     way: float = float("nan")
     kept: bool = False
     strays: str = ""
+    hinges: tuple[str, ...] = ()
     strangeness: float = float("nan")
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Why not to trust this result."""
         said = [self.strays] if self.strays else []
+        if self.hinges:
+            said.append(f"{', '.join(self.hinges)}: the file has fewer than three rotation channels "
+                        "for what the new pose turns; written with three")
         if self.strangeness > STRANGE:
             said.append(
                 "the clip is nothing like what the style learnt on (it lies "
@@ -66,5 +71,7 @@ def onto_skeleton(take: Take, features: np.ndarray, *, clean: bool = True) -> St
     if clean:
         goals = lock_feet(points(take, *pose), take.contacts, take.toes)
         pose = fit_pose(replace(take, rotations=pose[0], translations=pose[1]), goals)
-    return Stylised(with_pose(take.clip, *with_strays(take, *pose), 1.0 / FPS), points(take, *pose),
-                    features, strays=take.strays.said())
+    clip = with_pose(take.clip, *with_strays(take, *pose), 1.0 / FPS)
+    hinges = tuple(new.name for new, old in zip(clip.joints, take.clip.joints)
+                   if new.channels != old.channels)
+    return Stylised(clip, points(take, *pose), features, strays=take.strays.said(), hinges=hinges)

@@ -8,6 +8,7 @@ from refimpl.embedded import walkers as synthetic
 from refimpl.motion.clip import Clip, Joint
 from refimpl.motion.features import bone_lengths
 from refimpl.motion.body import guess_unit, make_take, read_take, standing_height
+from refimpl.motion.stylised import onto_skeleton
 
 MADE = synthetic.make_clip("walk", "normal", seconds=2.0)
 
@@ -48,6 +49,35 @@ def test_bad_mapping_lines_are_named(tmp_path, text, line):
     path.write_text(text)
     with pytest.raises(joints.MappingError, match=f"mine.csv:{line}: found"):
         joints.read_mapping(path)
+
+
+def test_whose_names_were_found_is_told():
+    other = renamed(MADE.clip, {name: name[::-1] for name in MADE.clip.names})
+    given = {slot: slot[::-1] for slot in joints.SLOTS}
+    assert joints.map_joints(other.joints, given).family == "the mapping's"
+    del given["RightFinger"]                                     # the last joint: made up
+    assert joints.map_joints(other.joints[:-1], given).family == "the mapping's"
+    mixed = renamed(MADE.clip, {"LeftFoot": "thing"})
+    assert (joints.map_joints(mixed.joints, {"LeftFoot": "thing"}).family
+            == joints.map_joints(MADE.clip.joints).family + " and the mapping's")
+
+
+def test_a_hinge_that_does_not_stay_one_is_named():
+    columns, made, at = [], [], 0
+    for j in MADE.clip.joints:
+        kept = ("Xrotation",) if j.name == "LeftLeg" else j.channels
+        columns += [at + n for n, name in enumerate(j.channels) if name in kept]
+        at += len(j.channels)
+        made.append(Joint(j.name, j.parent, j.offset, kept, j.end_site))
+    take = make_take(Clip(tuple(made), MADE.clip.frame_time, MADE.clip.values[:, columns]))
+    moved = take.features.copy()
+    moved[:, 3 * joints.SLOT["LeftFoot"]] += 5.0                 # sideways
+    result = onto_skeleton(take, moved)
+    assert len(result.clip.joints[take.clip.names.index("LeftLeg")].channels) == 3
+    assert result.hinges == ("LeftLeg",)
+    assert "LeftLeg: the file has fewer than three rotation channels" in result.warnings[0]
+    assert make_take(MADE.clip).strays.said() == "" == "".join(
+        onto_skeleton(make_take(MADE.clip), moved).warnings)
 
 
 def test_a_mapping_to_a_joint_that_is_not_there():
