@@ -5,7 +5,8 @@ and no bone changes its length.
    for a moment; an ankle's and a toe's that meet are as far apart as the foot is long.
 2. The feet are moved there by the smoothest correction that does it (`smoothest`): firm within a
    stance, soft at its ends, fading where nothing is held. No toe goes below the floor.
-3. Where a leg is too short, the whole body is lowered, ahead of time and smoothly (`lowered`).
+3. Where a leg is too short, the heel is lifted about the toe (`heel_lifted`), unless it is planted,
+   and the whole body is lowered, ahead of time and smoothly (`lowered`).
 4. Thigh and shin reach the ankle by the law of cosines, the knee on the side where it was
    (`two_bone`); a leg approaches its full length gently.
 
@@ -26,12 +27,14 @@ from .ground import stretches
 from .joints import LEGS
 from .rotation import shortest_rotation
 
-BLEND = 6            # frames that a correction takes to fade, and that a gap in a stance may last
+BLEND = 9            # frames that a correction takes to fade, and that a gap in a stance may last
 TAPER = 4            # frames at each end of a stance in which its lock is not yet firm
-FIRM = 200.0         # how much more a lock weighs than what bends the correction
+FIRM = 300.0         # how much more a lock weighs than what bends the correction
 SAME_PLACE = 0.5     # of a foot: one that moves further in a gap begins another stance
 DEEPEST = 0.12       # of a leg: the body goes no lower; a foot locked too far away slides instead
-SOFT, STRAIGHT = 0.97, 0.9999    # of thigh + shin: where a leg begins to stretch less, and ends
+SOFT, STRAIGHT = 0.945, 0.9999   # of thigh + shin: where a leg begins to stretch less, and ends
+STRETCHED = 0.985                # of thigh + shin: where a leg is too short, and the body sinks
+GENTLE, LIFT = 0.006, 0.5        # what a lifted heel weighs beside its bending; of a foot, at most
 
 
 def lock_feet(positions: np.ndarray, contacts: np.ndarray, floor: Any = 0.0, *,
@@ -50,6 +53,8 @@ def lock_feet(positions: np.ndarray, contacts: np.ndarray, floor: Any = 0.0, *,
         raise ValueError(f"blend: found {blend!r}, needed a whole number of frames from 1 on")
     feet = [foot_targets(raw[:, ankle], raw[:, toe], contacts[:, 2 * n:2 * n + 2], height, blend)
             for n, ((_, _, ankle, toe), height) in enumerate(zip(LEGS, np.broadcast_to(floor, 2)))]
+    feet = [heel_lifted(raw, leg, *foot, contacts[:, 2 * n], blend)
+            for n, (leg, foot) in enumerate(zip(LEGS, feet))]
     moved = raw.copy()
     moved[..., 1] -= lowered(raw, [ankle for ankle, _ in feet], blend)[:, None]
     for (hip, knee, ankle, toe), (goal, foot) in zip(LEGS, feet):
@@ -125,15 +130,35 @@ def smoothest(values: np.ndarray, weight: np.ndarray, frames: float) -> np.ndarr
     >>> smoothest(np.full((5, 1), 8.0), np.array([0.0, 0, 1e9, 0, 0]), 2)[:, 0].round(1)
     array([6.3, 7.4, 8. , 7.4, 6.3])
     """
-    T = len(values)
-    bends = np.diff(np.eye(T), n=min(2, T - 1), axis=0)
-    matrix, stiff = bends.T @ bends, float(frames) ** 4
-    bands = np.zeros((3, T))
-    for k in range(min(3, T)):
-        bands[2 - k, k:] = stiff * np.diagonal(matrix, k)
+    T, stiff = len(values), float(frames) ** 4
+    bend = {1: (1.0,), 2: (-1.0, 1.0)}.get(T, (1.0, -2.0, 1.0))
+    bands, rows = np.zeros((3, T)), T - len(bend) + 1
+    for a, p in enumerate(bend):
+        for b, q in enumerate(bend[a:], start=a):
+            bands[2 - b + a, b:b + rows] += stiff * p * q
     bands[2] += stiff * weight + 1.0
     known = np.where(weight[:, None] > 0, values, 0.0)
     return solveh_banded(bands, stiff * weight[:, None] * known)
+
+
+def heel_lifted(raw: np.ndarray, leg: Sequence[int], goal: np.ndarray, foot: np.ndarray,
+                planted: np.ndarray, blend: int = BLEND) -> tuple[np.ndarray, np.ndarray]:
+    """The foot turned about its toe, smoothly, so that its leg is asked to stretch less; not where
+    its heel is planted, nor where the leg was as long before.
+
+    raw : (T, 21, 3);  leg : of `joints.LEGS`;  goal, foot : (T, 3), as `foot_targets` has them;
+    planted : (T,) bool, the heel;  blend : frames   ->  (T, 3), (T, 3)
+    """
+    hip, knee, ankle, _ = leg
+    thigh, shin, d, *_ = _leg(raw, hip, knee, ankle)
+    size, up = np.linalg.norm(foot, axis=1), raw[:, hip] - goal
+    asked = np.linalg.norm(up, axis=1)
+    held = maximum_filter1d(planted.astype(int), 2)              # a label locks its last frame too
+    wanted = np.clip(asked - np.maximum(d, SOFT * (thigh + shin)), 0.0, LIFT * size) * (1 - held)
+    lift = smoothest(wanted[:, None], np.where(held, steadiness(held), GENTLE), blend)
+    nearer = goal + np.maximum(lift, 0.0) * _of_length(up, np.ones(len(up)))
+    turned = _of_length(goal + foot - nearer, size)
+    return goal + foot - turned, turned
 
 
 def steadiness(state: np.ndarray) -> np.ndarray:
@@ -221,12 +246,12 @@ def lowered(raw: np.ndarray, ankles: Sequence[np.ndarray], blend: int = BLEND) -
     need, deepest = np.zeros(len(raw)), np.inf
     for (hip, knee, ankle, _), goal in zip(LEGS, ankles):
         thigh, shin, d, *_ = _leg(raw, hip, knee, ankle)
-        far = np.maximum(d, 0.5 * (SOFT + 1) * (thigh + shin))
+        far = np.maximum(d, STRETCHED * (thigh + shin))
         x, y, z = (goal - raw[:, hip]).T
         need = np.maximum(need, -y - np.sqrt(np.maximum(far ** 2 - x ** 2 - z ** 2, 0.0)))
         deepest = min(deepest, DEEPEST * float(far.max()))
-    nearby = maximum_filter1d(np.minimum(need, deepest), 4 * blend + 1, mode="nearest")
-    return gaussian_filter1d(nearby, blend, mode="nearest")
+    nearby = maximum_filter1d(np.minimum(need, deepest), 2 * blend + 1, mode="nearest")
+    return gaussian_filter1d(nearby, blend / 2, mode="nearest")
 
 
 def _leg(raw, hip, knee, ankle):

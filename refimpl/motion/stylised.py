@@ -45,8 +45,8 @@ class Stylised:
         """Why not to trust this result."""
         said = [self.strays] if self.strays else []
         if self.hinges:
-            said.append(f"{', '.join(self.hinges)}: the file has fewer than three rotation channels "
-                        "for what the new pose turns; written with three")
+            said.append(f"{', '.join(self.hinges)}: found fewer than three rotation channels for "
+                        "what the new pose turns; written with three")
         if self.strangeness > STRANGE:
             said.append(
                 "the clip is nothing like what the style learnt on (it lies "

@@ -75,7 +75,7 @@ def test_a_hinge_that_does_not_stay_one_is_named():
     result = onto_skeleton(take, moved)
     assert len(result.clip.joints[take.clip.names.index("LeftLeg")].channels) == 3
     assert result.hinges == ("LeftLeg",)
-    assert "LeftLeg: the file has fewer than three rotation channels" in result.warnings[0]
+    assert "LeftLeg: found fewer than three rotation channels" in result.warnings[0]
     assert make_take(MADE.clip).strays.said() == "" == "".join(
         onto_skeleton(make_take(MADE.clip), moved).warnings)
 
