@@ -15,7 +15,7 @@ import numpy as np
 
 from ..fast import networks
 from ..holden2016 import bridge, rows, search
-from ..holden2016.own import Settings, optimise, pairs
+from ..holden2016.own import Settings, optimise, pairs, stylised_features
 from .classifiers import Classifier, fit_classifier, frechet_distance, gram_vectors, joint_vectors
 from .holden import TableRow, bone_errors, own_jerk, with_root
 from .measures import content_distance, style_distance
@@ -96,8 +96,7 @@ def carry_out(take: Take, exemplars: Sequence[np.ndarray], style: Style,
                                  seed=seed)
         yield CODED, result, time.perf_counter() - began
     began = time.perf_counter()
-    moved = optimise(content, take.contacts, exemplars, manifold, settings=settings, seed=seed,
-                     networks=networks)
+    moved = stylised_features(take, exemplars, manifold, settings, seed=seed, networks=networks)
     seconds = time.perf_counter() - began
     yield OWN, onto_skeleton(take, to_scale(moved, manifold.leg, take.leg)), seconds
     began = time.perf_counter()

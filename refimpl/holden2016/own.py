@@ -20,7 +20,8 @@ numbers of steps. Its own are:
 - the constraints are the sums of equations 7 to 9, in which a foot weighs a tenth of what it does
   in training by norms: with that the legs shake, with this feet slide little more than the
   content's do (15 against 12 cm/s), and `foot_ik` can lock them;
-- several exemplars count as one long one, and contacts are not among the numbers.
+- several exemplars count as one long one, and contacts are not among the numbers;
+- beyond both ends the clip goes on, instead of zeros (`stylised_features`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -36,7 +37,7 @@ from ..holden2017.objective import (CONSTRAINTS, WEIGHTS, Batch, Weights, column
 from ..nn.adam import annealed
 from ..holden2017.trained import Manifold
 from ..motion.stylised import Stylised, onto_skeleton
-from ..motion.body import to_scale
+from ..motion.body import MARGIN, Take, to_scale
 from ..motion.features import FEATURES, VELOCITIES, bone_lengths
 from . import search
 
@@ -192,17 +193,30 @@ def pairs(features: np.ndarray) -> np.ndarray:
     return features[:T - T % 2] if T > 1 else np.repeat(features, 2, axis=0)
 
 
-def transfer(take: Any, exemplars: Sequence[Any], manifold: Manifold, *, clean: bool = True,
+def transfer(take: Take, exemplars: Sequence[Take], manifold: Manifold, *, clean: bool = True,
              settings: Settings = Settings(), weights: Weights | None = None, seed: int = 0,
              networks: Any = text) -> Stylised:
     """Stylise a take by optimisation; its bones keep their own lengths.
 
-    take : Take;  exemplars : Takes in the style;  clean : see `motion.stylised.onto_skeleton`
+    exemplars : in the style;  clean : see `motion.stylised.onto_skeleton`
     ->  Stylised
     """
-    size = manifold.leg / take.leg
-    moved = optimise(to_scale(take.features, take.leg, manifold.leg), take.contacts,
-                     [to_scale(e.features, e.leg, manifold.leg) for e in exemplars], manifold,
-                     bones=bone_lengths(take.positions) * size, settings=settings, weights=weights,
-                     seed=seed, networks=networks)
+    scaled = [to_scale(e.features, e.leg, manifold.leg) for e in exemplars]
+    moved = stylised_features(take, scaled, manifold, settings, weights, seed, networks)
     return onto_skeleton(take, to_scale(moved, manifold.leg, take.leg), clean=clean)
+
+
+def stylised_features(take: Take, exemplars: Sequence[np.ndarray], manifold: Manifold,
+                      settings: Settings = Settings(), weights: Weights | None = None,
+                      seed: int = 0, networks: Any = text) -> np.ndarray:
+    """What `optimise` makes of a take, which goes on beyond both its ends (`motion.extend`); no
+    foot is held there. The 2016 code sees zeros.
+
+    exemplars : list of (T_e, 66), on the manifold's scale, like the result   ->  (T, 66)
+    """
+    moved = optimise(to_scale(take.around, take.leg, manifold.leg),
+                     np.pad(take.contacts, ((MARGIN, MARGIN), (0, 0))),
+                     exemplars, manifold,
+                     bones=bone_lengths(take.positions) * (manifold.leg / take.leg),
+                     settings=settings, weights=weights, seed=seed, networks=networks)
+    return moved[MARGIN:-MARGIN]

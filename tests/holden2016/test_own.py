@@ -1,5 +1,7 @@
 """The predecessor: its two losses by finite differences, its searches on the embedded motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -136,6 +138,19 @@ def test_a_take_comes_back_on_its_own_skeleton_with_planted_feet(world):
     assert [j.name for j in made.clip.joints] == [j.name for j in content.clip.joints]
     np.testing.assert_allclose(bone_lengths(made.positions), bone_lengths(content.positions),
                                rtol=1e-9)
+
+
+def test_the_joints_hardly_know_where_a_clip_was_cut(world):
+    _, style, manifold = world
+    clip = make_clip("walk", "normal", seconds=4.0).clip
+    takes = [make_take(clip), make_take(replace(clip, values=clip.values[40:]))]
+    few = Settings(style=0.001, start="content", iterations=40, constraint_iterations=20)
+    made = {True: [own.stylised_features(t, [style.features], manifold, few) for t in takes],
+            False: [own.optimise(t.features, t.contacts, [style.features], manifold,
+                                 bones=bone_lengths(t.positions), settings=few) for t in takes]}
+    apart = {goes_on: np.abs(whole[40:, :63] - cut[:, :63])[:8].mean()
+             for goes_on, (whole, cut) in made.items()}
+    assert apart[True] < 0.6 * apart[False]
 
 
 @pytest.mark.parametrize("wrong, message", [
