@@ -18,8 +18,8 @@ from .rivals import RIVALS
 
 # Whose arrays are the 66 numbers.
 MOTION = ("foot_loss", "bone_loss", "trajectory_loss", "total_loss", "facing_direction",
-          "floor_height", "foot_contacts", "planted_feet", "motion_to_numbers", "numbers_to_motion",
-          "motion_windows", "normaliser", "train_transformation_network")
+          "floor_height", "foot_contacts", "planted_feet", "extended", "motion_to_numbers",
+          "numbers_to_motion", "motion_windows", "normaliser", "train_transformation_network")
 MOTION_2016 = ("foot_loss_2016", "bone_loss_2016", "trajectory_loss_2016", "style_search_2016")
 
 

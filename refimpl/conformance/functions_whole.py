@@ -10,7 +10,7 @@ import numpy as np
 from ..holden2016 import rows, search
 from ..holden2017 import losses, networks, objective, train
 from ..holden2017.networks import Reconstruction
-from ..motion import features as numbers, feet, ground, windows
+from ..motion import extend, features as numbers, feet, ground, windows
 from ..nn.adam import annealed
 from ..torresani2006 import align, regress, synthesise
 from .functions_holden import T_NAMES
@@ -69,6 +69,26 @@ def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     ->  heights (4,), whole numbers (T, 4): left heel (Foot), left toe, right heel, right toe
     """
     return ground.resting_heights(positions), ground.planted_feet(positions)[1].astype(int)
+
+
+def extended(positions: np.ndarray, *, frames: int) -> np.ndarray:
+    """The clip with so many frames more after it, and before it the same told backwards.
+
+    A frame is told by 42 vectors: its joints as seen from under the hips, facing ahead (across =
+    (LeftArm - RightArm) + (LeftUpLeg - RightUpLeg) turned to +x), and 5 times their speeds seen so
+    (np.gradient, then the mean of three frames, the ends repeated). Of frames 0 ... T - frames - 2
+    the one nearest to the last, by the root mean square of distances, is the source: what follows
+    it is turned and set down so that its hips face and stand where the last frame's do; k frames on
+    (1 - e(k / 20)) times the jump from there to the last frame is added,
+
+        e(u) = 6 u^5 - 15 u^4 + 10 u^3,   1 from u = 1 on.
+
+    Where the nearest is farther than 0.15 legs, or T < frames + 3, the clip comes to rest:
+    last + 3 e(k / 12) times the mean of its last three steps.
+
+    positions : (T, 21, 3), y up   ->  (T + 2 frames, 21, 3)
+    """
+    return extend.extended(positions, frames)
 
 
 def motion_to_numbers(positions: np.ndarray, *, floor: float) -> tuple[np.ndarray, np.ndarray]:

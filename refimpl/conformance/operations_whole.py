@@ -9,7 +9,9 @@ import numpy as np
 from ..holden2016.rows import CONTACTS, NUMBERS
 from ..motion.features import FEATURES, TURN
 from ..motion.joints import FEET, JOINTS, SLOT
-from . import (definitions_whole as definitions, functions_whole as functions, ground_total)
+from ..motion.rotation import yaw_rotation
+from . import (definitions_ends, definitions_whole as definitions, functions_whole as functions,
+               ground_total)
 from .specification import Bad, Sample, operation
 
 HEIGHTS = {"Hips": 0.95, "UpLeg": 0.9, "Leg": 0.5, "Foot": 0.1, "Toe": 0.03, "Spine": 1.1,
@@ -56,6 +58,25 @@ def _ground_samples(rng):
     noisy += rng.standard_normal(noisy.shape) * 0.002
     return [*_positions(rng), Sample("two bad rows", (bad,)), Sample("a foot held up", (held,)),
             Sample("noise", (noisy,)), Sample("long", (walker(rng, 200),))]
+
+
+def _extension_samples(rng):
+    def _noisy(points):
+        return points + rng.standard_normal(points.shape) * 0.002
+    t = np.arange(90)
+    swinging = walker(rng, 1)[0] + 0.04 * np.sin(t[:, None, None] / 4 + rng.uniform(0, 6, (21, 3)))
+    swinging = (swinging + np.outer(t, [0, 0, 0.02])[:, None]) @ yaw_rotation(0.01 * t).swapaxes(
+        1, 2)
+    rising = walker(rng, 40)
+    rising[:, SLOT["LeftArm"]:, 1] += 0.05 * t[:40, None]
+    return [Sample("goes on", (swinging,), {"frames": 25}),
+            Sample("goes on in centimetres", (100 * _noisy(swinging),), {"frames": 30}, large=True),
+            Sample("stands at times", (_noisy(walker(rng, 40, turns=6.0)),), {"frames": 10}),
+            Sample("comes to rest", (rising,), {"frames": 10}),
+            Sample("one frame to go on from", (swinging[:28],), {"frames": 25}),
+            Sample("as long as the clip", (swinging[:25],), {"frames": 25}),
+            Sample("three frames", (walker(rng, 3),), {"frames": 16}),
+            Sample("one frame", (walker(rng, 1),), {"frames": 3})]
 
 
 def _bad_positions(**floor):
@@ -202,6 +223,8 @@ OPERATIONS = (
     _one(functions.foot_contacts, "positions", lambda rng: _positions(rng, floor=0.02),
          "2017, section 3.1"),
     _one(functions.planted_feet, "positions", _ground_samples, "2017, section 3.1"),
+    operation(functions.extended, "positions", definitions_ends, _extension_samples, list,
+              "2017, section 3.1", batched=(), precisions=("float64",)),
     _one(functions.motion_to_numbers, "positions", lambda rng: _positions(rng, floor=0.02),
          "2017, section 3.1", lambda: _bad_positions(floor=0.0)),
     _one(functions.numbers_to_motion, "features start", _number_samples, "2017, section 3.1",

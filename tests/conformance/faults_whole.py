@@ -69,6 +69,11 @@ FAULTS = (
      lambda p, *, floor: ours.foot_contacts(p, floor=floor + 0.02 * np.abs(p).max())),
     ("whole: no hysteresis of stances", "planted_feet",
      of(ours.planted_feet, 1, lambda labels, p: labels & np.roll(labels, 1, axis=0))),
+    ("whole: a clip frozen at its ends", "extended",
+     lambda p, *, frames: np.pad(p, ((frames, frames), (0, 0), (0, 0)), mode="edge")),
+    ("whole: what follows a clip a frame late", "extended",
+     lambda p, *, frames: ours.extended(p, frames=frames)[[*range(len(p) + frames), *range(
+         len(p) + frames - 1, len(p) + 2 * frames - 1)]]),
     ("whole: forward and sideways exchanged", "motion_to_numbers",
      of(ours.motion_to_numbers, 0, lambda f, *a, **k: f[:, [*range(64), 65, 64]])),
     ("whole: a step before the turn", "numbers_to_motion",
