@@ -3,6 +3,7 @@ embedded motion.
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 import re
@@ -12,7 +13,7 @@ from ..experiments import holden
 from ..holden2017.objective import WEIGHTS
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
 from ..embedded.walkers import make_database
-from ..motion.body import make_take, read_take
+from ..motion.body import Take, make_take, read_take
 from .options import InputFolder, OutputPath, pattern, whole, write_report
 from .progress import Progress, table
 
@@ -39,6 +40,15 @@ def add_command(papers: Any) -> None:
     command = papers.add_parser(
         "holden", description=DESCRIPTION,
         help="the recipe of Holden 2017 measured: projection, readings of the bars, style and path")
+    command.add_argument("--tables", metavar="A,B", default=",".join(TABLES),
+                         help="(default: %(default)s)")
+    add_options(command, {"seeds": 1, "hidden": 256, "channels": 128, "loss-epochs": 80,
+                          "epochs": 100})
+    command.set_defaults(run=run)
+
+
+def add_options(command: argparse.ArgumentParser, counts: dict[str, int]) -> None:
+    """What experiments on labelled clips have in common.   counts : {option: default}"""
     command.add_argument("folder", metavar="FOLDER", nargs="?", type=InputFolder,
                          help="labelled BVH clips on one skeleton; embedded walkers unless given")
     command.add_argument("--pattern", metavar="REGEX", default=PATTERN,
@@ -53,14 +63,10 @@ def add_command(papers: Any) -> None:
                          help="the style of the contents (default: %(default)s)")
     command.add_argument("--styles", metavar="A,B",
                          help="styles to learn (default: elderly,youthful; embedded: old)")
-    command.add_argument("--tables", metavar="A,B", default=",".join(TABLES),
-                         help="(default: %(default)s)")
-    for name, value in (("seeds", 1), ("hidden", 256), ("channels", 128), ("loss-epochs", 80),
-                        ("epochs", 100)):
+    for name, value in counts.items():
         command.add_argument(f"--{name}", type=whole(1), default=value, metavar="N",
                              help="(default: %(default)s)")
     command.add_argument("--json", metavar="FILE", type=OutputPath, help="write every row as JSON")
-    command.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -69,14 +75,7 @@ def run(arguments: argparse.Namespace) -> None:
     unknown = sorted(set(chosen) - set(TABLES))
     if unknown:
         raise ValueError(f"--tables: found {unknown[0]!r}, needed some of {', '.join(TABLES)}")
-    ground = _folder(arguments) if arguments.folder else _embedded()
-    usual = "elderly,youthful" if arguments.folder else "old"
-    styles = (arguments.styles or usual).split(",")
-    for name in [arguments.contents, *styles]:
-        if not ground.kept_out(name):
-            raise ValueError(f"{arguments.folder or 'embedded motion'}: found no clip of style "
-                             f"{name!r} to measure on, needed some; the styles are "
-                             f"{', '.join(ground.dataset.styles)}")
+    ground, _, styles = read_ground(arguments)
     rows = [row for rows in _tables(arguments, ground, styles, chosen) for row in rows]
     if arguments.json:
         settings = {key: value for key, value in vars(arguments).items() if key != "run"}
@@ -104,15 +103,15 @@ def _tables(arguments, ground, styles, chosen):
                  **holden.projection(ground, _network(seed, depooling, form), places[place])}
                 for seed in range(arguments.seeds) for depooling, form in LOSS_NETWORKS
                 for place in places]
-        _print(rows, ("clips", "depooling", "normaliser", "seed"), _PROJECTION_COLUMNS)
+        print_rows(rows, ("clips", "depooling", "normaliser", "seed"), _PROJECTION_COLUMNS)
         yield rows
     by_reading = [(form, replace(WEIGHTS[reading], style=s), 1.0) for form, reading, s in _READINGS]
     by_share = [("groups", WEIGHTS["mean_squares"], share) for share in SHARES]
     for name, ways in (("readings", by_reading), ("path", by_share)):
         if name in chosen:
             rows = _style_rows(arguments, ground, styles, _network, name, ways)
-            _print(rows, ("style", "normaliser", "reading", "s", "constraints", "seed"),
-                   _STYLE_COLUMNS)
+            print_rows(rows, ("style", "normaliser", "reading", "s", "constraints", "seed"),
+                       _STYLE_COLUMNS)
             yield rows
 
 
@@ -137,7 +136,34 @@ def _style_rows(arguments, ground, styles, network, name, ways):
     return rows
 
 
+def read_ground(arguments: argparse.Namespace) -> tuple[holden.Ground, dict[str, Take], list[str]]:
+    """The clips that the options name, what each is for, and the styles to learn.
+
+    Raises ValueError where a style has no clip to measure on.
+    """
+    if arguments.folder:
+        takes, labels = _folder(arguments)
+        ground = holden.ground(takes, labels, Path(arguments.folder).name,
+                               kept_out=arguments.kept_out, learn=arguments.learn,
+                               classify=arguments.judge)
+    else:
+        motions = make_database(seconds_per_clip=4.5, people=7, styles=("normal", "old", "zombie"))
+        takes = {m.name: make_take(m.clip, name=m.name) for m in motions}
+        ground = holden.ground(takes, {m.name: (m.content, m.style) for m in motions},
+                               "embedded motion", kept_out="_00[56]$", learn="_00[0-2]$",
+                               classify="_00[34]$")
+    usual = "elderly,youthful" if arguments.folder else "old"
+    styles = (arguments.styles or usual).split(",")
+    for name in [arguments.contents, *styles]:
+        if not ground.kept_out(name):
+            raise ValueError(f"{arguments.folder or 'embedded motion'}: found no clip of style "
+                             f"{name!r} to measure on, needed some; the styles are "
+                             f"{', '.join(ground.dataset.styles)}")
+    return ground, takes, styles
+
+
 def _folder(arguments):
+    """->  {name: Take}, {name: (content, style)}"""
     paths = [path for path in find_clips(arguments.folder)
              if re.search(arguments.clips, path.as_posix())]
     labels = labels_by_pattern(paths, arguments.pattern)
@@ -149,18 +175,11 @@ def _folder(arguments):
         name = path.relative_to(arguments.folder).with_suffix("").as_posix()
         takes[name], named[name] = read_take(path), label
         progress.step(name)
-    return holden.ground(takes, named, Path(arguments.folder).name, kept_out=arguments.kept_out,
-                         learn=arguments.learn, classify=arguments.judge)
+    return takes, named
 
 
-def _embedded():
-    motions = make_database(seconds_per_clip=4.5, people=7, styles=("normal", "old", "zombie"))
-    return holden.ground({m.name: make_take(m.clip, name=m.name) for m in motions},
-                         {m.name: (m.content, m.style) for m in motions}, "embedded motion",
-                         kept_out="_00[56]$", learn="_00[0-2]$", classify="_00[34]$")
-
-
-def _print(rows, names, numbers):
+def print_rows(rows: list[dict[str, Any]], names: Sequence[str], numbers: Sequence[str]) -> None:
+    """A table of rows: columns of words, then of numbers."""
     print()
     shown = [[*names, *numbers]]
     for row in rows:
