@@ -24,8 +24,9 @@ network of this package, or --network and --preprocess, the two files of the aut
 of `refimpl train-2016`. --form own is this package's form of the search, --form coded the one of
 the 2016 code, statement by statement, which needs the two files, takes the whole clip for its
 content and the first 240 rows of one clip for its style; the code locks no feet: --raw shows what
-it shows. Of a clip of which a part alone is wanted, --from and --to write that part alone; floor,
-contacts and what the method sees before and after it are those of the whole clip."""
+it shows. With --from and --to a part of the clip is written, and nothing else; its floor, its
+contacts and what the method sees before and after it are those of the whole clip (--form coded
+sees the part alone). What is written begins where the content is at that time."""
 _FORMS = ("own", "coded")
 
 
