@@ -78,7 +78,7 @@ def check_writable(path: str | Path) -> None:
     """Raise OSError now, before hours of work, if a file could not be written there later."""
     target = _target(path)
     if not is_special(path):
-        with tempfile.TemporaryFile(dir=target.parent):
+        with _named(path), tempfile.TemporaryFile(dir=target.parent):
             pass
 
 

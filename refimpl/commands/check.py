@@ -19,6 +19,7 @@ from ..conformance.explain import explain, listed
 from ..conformance.golden import export, read_folder
 from ..conformance.program import judge_program
 from ..conformance.prove import prove
+from ..conformance.recompute import objections
 from ..conformance.report import (failures, idle_patterns, last_line, misspelt, proof_table, row,
                                   table, verdict, write_junit)
 from ..conformance.schema import PROTOCOL
@@ -63,10 +64,10 @@ def add_commands(commands: Any) -> None:
     check.add_argument("--profile", choices=PROFILES, metavar="NAME",
                        help="core (default), full: more of it, small: the operations' own samples, "
                        "or tf32 or bfloat16: values as near as products of that precision allow")
-    check.add_argument("--time-limit", type=number(above=0), default=60.0, metavar="S",
+    check.add_argument("--time-limit", type=number(least=0.1), default=60.0, metavar="S",
                        help="seconds for one call, after which it counts as hanging "
                        "(default: %(default)g)")
-    check.add_argument("--memory-limit", type=number(above=0), default=8.0, metavar="GB",
+    check.add_argument("--memory-limit", type=number(least=0.1), default=8.0, metavar="GB",
                        help="of one call, on Linux (default: %(default)g)")
     check.add_argument("--in-process", action="store_true",
                        help="call the backend in this process, for a debugger: a crash or a hang "
@@ -145,6 +146,7 @@ def _names(word, text):
 def _golden_cases(folder, operations):
     """->  cases, complaints"""
     found, complaints = read_folder(folder)
+    complaints = complaints or list(objections(folder, found))
     if operations is not None and not complaints:
         for name in operations:
             if name not in {case.operation.name for case in found}:

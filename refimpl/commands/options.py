@@ -60,7 +60,14 @@ def pattern(text: str) -> str:
     return text
 
 
-class InputPath(str):
+class _Path(str):
+    def __new__(cls, text: str) -> "_Path":
+        if not text:
+            raise argparse.ArgumentTypeError("found '', needed a name")
+        return super().__new__(cls, text)
+
+
+class InputPath(_Path):
     """A file that a command reads: no output may be it."""
 
 
@@ -68,7 +75,7 @@ class InputFolder(InputPath):
     """A folder that a command reads: no output may be it or a file below it."""
 
 
-class OutputPath(str):
+class OutputPath(_Path):
     """A file that a command writes: no input and no other output may be it."""
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 import contextlib
+import os
 import sys
 from typing import TextIO
 
@@ -44,9 +45,10 @@ class Terminal:
 @contextlib.contextmanager
 def safe_streams() -> Iterator[Terminal]:
     """Standard output and error as `Terminal`s while the block runs; yields the one for output."""
-    out, err = Terminal(sys.stdout), Terminal(sys.stderr)
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        yield out
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:     # closed streams are None
+        out, err = Terminal(sys.stdout or nowhere), Terminal(sys.stderr or nowhere)
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            yield out
     if out.gone:                                                 # or Python complains as it ends
         with contextlib.suppress(OSError, ValueError):
             sys.stdout.close()

@@ -6,6 +6,7 @@ When no answer comes, that case has its verdict and another child goes on withou
 """
 
 from collections.abc import Iterator, Mapping
+import contextlib
 from dataclasses import dataclass, field, replace
 import multiprocessing
 import os
@@ -166,7 +167,8 @@ def _work(pipe, request):
                                weighing=lambda: pipe.send(("weighing", None)))
         pipe.send(("outcomes", [_light(outcome) for outcome in found]))
     pipe.send(("done", None))
-    sys.stdout.flush()
+    with contextlib.suppress(Exception):                         # a backend may have changed it
+        sys.stdout.flush()
 
 
 def _chosen(request):

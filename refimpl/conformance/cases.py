@@ -40,6 +40,12 @@ def cases(*, seed: int = 0, operations: Iterable[str] | None = None,
     return found
 
 
+def answerable(seed: int = 0, operations: Iterable[str] | None = None) -> list[Case]:
+    """The cases of the profile small that golden vectors are made of: a call and its answer."""
+    return [case for case in cases(seed=seed, operations=operations, profile="small")
+            if case.kind in ("float64", "float32", "empty batch")]
+
+
 def parametrize(backend: Any, *, operations: Iterable[str] | None = None, profile: str = "small",
                 seed: int = 0) -> Any:
     """A decorator for pytest: one test for each case of what a backend offers.

@@ -37,7 +37,7 @@ def explain(operation: Operation) -> list[str]:
         lines += ["", *_joints()]
     if operation.name in MOTION_2016:
         lines += ["", *_joints_2016()]
-    lines += ["", *_how_near(operation)]
+    lines += ["", *_how_near(operation), *_refused(operation)]
     for function in (operation.name, f"{operation.name}_backward"):
         if function in RIVALS:
             lines += [f"Conventions of others that {function} is held against:",
@@ -117,6 +117,17 @@ def _how_near(operation):
                      "vanishes on the way to it.")
     return [*lines, "An answer has the precision of its inputs." if "float32" in
             operation.precisions else "It is tried in float64 alone."]
+
+
+def _refused(operation):
+    """What is no input, by the argument that an error has to be about."""
+    labels: dict[str, list[str]] = {}
+    for bad in operation.bad():
+        labels.setdefault(bad.argument, []).append(bad.label)
+    return ["To be refused is what does not fit, such as"] * bool(labels) + [
+        line for name, said in labels.items()
+        for line in textwrap.wrap(f"{name}: {', '.join(said)}", 96, initial_indent="    ",
+                                  subsequent_indent="        ")]
 
 
 def _joints():

@@ -13,7 +13,8 @@ and what must come of them:
 
     arguments    in their order: {"name": "x", "array": "in0", "dtype": "float64", "shape": [2, 9]},
                  whose numbers are in in0.npy, or {"name": "width", "value": 2, "default": true}. A
-                 gradient takes the upstream gradient first.
+                 gradient takes the upstream gradient first. A number that JSON has not (NaN, an
+                 infinity) is an array of shape [].
     attributes   the options by name, given in the same way. None is left out: those that a caller
                  need not give have "default": true.
     outputs      in their order: name, array, dtype and shape that an answer must have, and the
@@ -37,7 +38,8 @@ for "stride": {"value": .
 
 "files" holds the SHA-256 of every file, "sha256" of a case that of its .npz. The last "sha256" is
 that of manifest.json itself with 64 zeros in its place. A folder that is not as it was exported
-certifies nothing: `refimpl check --golden` says what is wrong.
+certifies nothing: `refimpl check --golden` says what is wrong, and computes the answers and what
+they are allowed again. Other files may lie beside these four, none below vectors.
 """
 
 from collections import Counter
@@ -59,11 +61,12 @@ from ..gradcheck.difference import largest
 from ..storage import FormatError, atomic_write, read_arrays
 from .backend import OPERATIONS, nearest, reference
 from .calls import Case
-from .cases import cases
-from .schema import FORMAT, PROTOCOL, SCHEMA, VERSION, facts, mistakes
+from .cases import answerable
+from .schema import FORMAT, PROTOCOL, SCHEMA, VERSION, facts, mistakes, read_manifest
 from .vectors import case_files, described, options, with_answers
 
 ZEROS = 64 * "0"
+MADE_BY = f"refimpl {__version__}"
 
 
 def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | None = None) -> int:
@@ -71,30 +74,39 @@ def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | Non
 
     Everything is written before the manifest, which is written last and whole. Vectors of an
     earlier export that are no part of this one are taken away; other files stay.
+    Raises FormatError where a README.txt or manifest stands that no export wrote.
     """
     folder = Path(folder)
+    for name, mark in (("manifest.json", f'"{FORMAT}"'), ("README.txt", str(__doc__)[:14]),
+                       ("manifest.schema.json", FORMAT)):
+        if (folder / name).is_file() and mark not in (folder / name).read_text(
+                encoding="utf-8", errors="replace")[:200]:
+            raise FormatError(f"{folder / name}: found a file that no export wrote, needed a place "
+                              "without one; nothing was written")
     (folder / "vectors").mkdir(parents=True, exist_ok=True)
     earlier = _listed(folder)
     Path(os.path.realpath(folder / "manifest.json")).unlink(missing_ok=True)
-    entries = [_write_case(folder, case)
-               for case in cases(seed=seed, operations=operations, profile="small")
-               if case.kind in ("float64", "float32", "empty batch")]
+    entries = [_write_case(folder, case) for case in answerable(seed, operations)]
     for name in earlier - {name for entry in entries for name in _files(entry)}:
         (folder / name).unlink(missing_ok=True)
         with contextlib.suppress(OSError):                       # other files may lie there
             (folder / name).parent.rmdir()
-    texts = {"README.txt": f"{__doc__}\nAnother program is judged by `refimpl check --command`."
-             f"\n\n{PROTOCOL}\n", "manifest.schema.json": json.dumps(SCHEMA, indent=1) + "\n"}
-    for name, text in texts.items():
-        _write(folder / name, text.encode("ascii"))
-    manifest = {"format": FORMAT, "version": VERSION, "made_by": f"refimpl {__version__}",
-                **facts(), "cases": entries,
-                "files": {name: _hash(text.encode("ascii")) for name, text in texts.items()},
-                "sha256": ZEROS}
+    for name, data in texts().items():
+        _write(folder / name, data)
+    manifest = {"format": FORMAT, "version": VERSION, "made_by": MADE_BY, **facts(),
+                "cases": entries,
+                "files": {name: _hash(data) for name, data in texts().items()}, "sha256": ZEROS}
     text = json.dumps(manifest, indent=1) + "\n"
     text = text.replace(ZEROS, manifest_hash(text, ZEROS))
     _write(folder / "manifest.json", text.encode("ascii"))
     return len(entries)
+
+
+def texts() -> dict[str, bytes]:
+    """The files of a folder that are the same in each of this release.   ->  {name: content}"""
+    return {"README.txt": f"{__doc__}\nAnother program is judged by `refimpl check --command`.\n\n"
+            f"{PROTOCOL}\n".encode("ascii"),
+            "manifest.schema.json": f"{json.dumps(SCHEMA, indent=1)}\n".encode("ascii")}
 
 
 def _write(path, data):
@@ -164,7 +176,7 @@ def read_folder(folder: str | Path) -> tuple[list[Case], list[str]]:
     if not wrong:
         entries = manifest["cases"]
         text = (folder / "manifest.json").read_text(encoding="utf-8")
-        wrong += [f"manifest.json: cases[{number}]: {what}" for number, entry in enumerate(entries)
+        wrong += [f"manifest.json: {entry['id']}: {what}" for entry in entries
                   for what in _complaints(entry)]
         for key in ("id", "folder", "file"):
             names = Counter(entry[key].lower() for entry in entries)
@@ -188,39 +200,6 @@ def read_folder(folder: str | Path) -> tuple[list[Case], list[str]]:
         except (OSError, ValueError) as error:
             wrong.append(str(error))
     return found, wrong
-
-
-def _once(pairs):
-    """A JSON object whose keys all differ."""
-    if len(dict(pairs)) != len(pairs):
-        raise ValueError("a key stands twice in an object")
-    return dict(pairs)
-
-
-def _no_number(word):
-    raise ValueError(f"{word} is no number")
-
-
-def read_manifest(folder: str | Path) -> dict[str, Any]:
-    """manifest.json of a folder: strict JSON of this format and version.   Raises FormatError."""
-    path = Path(folder) / "manifest.json"
-    if not path.is_file():
-        raise FormatError(f"{path}: found no such file, needed the manifest that `refimpl export` "
-                          "writes last; was the export cut short?")
-    try:
-        manifest = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=_once,
-                              parse_constant=_no_number)
-    except (ValueError, RecursionError) as error:
-        raise FormatError(f"{path}: found no strict JSON ({str(error)[:120]}), needed the manifest "
-                          "that `refimpl export` wrote") from None
-    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
-        raise FormatError(f"{path}: found no manifest of {FORMAT}, needed one that `refimpl "
-                          "export` wrote")
-    version = manifest.get("version")
-    if type(version) is not int or version != VERSION:
-        raise FormatError(f"{path}: found version {str(version)[:20]} of {FORMAT}, needed version "
-                          f"{VERSION}; export it again with this release")
-    return manifest
 
 
 def _complaints(entry):
@@ -254,13 +233,15 @@ def _labels(entry):
 
 
 def _unlisted(folder, listed):
-    """Files in the folder of vectors that the manifest does not know, and links of folders."""
-    found = []
-    for place, folders, files in os.walk(folder / "vectors"):
-        links = [name for name in folders if os.path.islink(os.path.join(place, name))]
-        names = (Path(place, name).relative_to(folder).as_posix() for name in (*files, *links))
-        found += [f"{name}: found a file that the manifest does not list" for name in names
-                  if name not in listed]
+    """What the folder of vectors holds that the manifest does not know, and links of folders."""
+    found: list[str] = []
+    known = listed | {os.path.dirname(name) for name in listed}
+    for place, folders, files in os.walk(folder / "vectors", onerror=lambda error: found.append(
+            f"{error.filename}: {error.strerror}, needed a folder whose files can be listed")):
+        for path in (Path(place, name) for name in (*files, *folders)):
+            name = path.relative_to(folder).as_posix()
+            if name not in known or (name not in listed and path.is_symlink()):
+                found.append(f"{name}: found what the manifest does not list")
     return sorted(found)
 
 
@@ -307,7 +288,7 @@ def _read_case(folder, entry):
     again, plain = with_answers(*described(case), answers)
     again["equation"] = entry["equation"]
     for key, value in again.items():
-        if json.loads(json.dumps(value)) != entry[key]:
+        if json.dumps(value) != json.dumps(entry[key]):          # 1 is not 1.0, nor true
             raise ValueError(f"{archive}: {key} in the manifest is not that of its arrays")
     for name, data in case_files(again, plain).items():
         if stored[f"{entry['folder']}/{name}"] != data:

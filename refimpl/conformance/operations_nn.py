@@ -222,10 +222,14 @@ def adam_of_one_array(p: np.ndarray, g: np.ndarray, m: np.ndarray, v: np.ndarray
 def adam_step(p: np.ndarray, g: np.ndarray, m: np.ndarray, v: np.ndarray, *, t: int,
               rate: float = 1e-3, beta1: float = 0.9, beta2: float = 0.999,
               epsilon: float = 1e-8) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """One step of algorithm 1 for one array; t, from 1 on, counts this step, m and v are the
+    """One step of algorithm 1 for one array; t, from 1 to 2^53, counts this step, m and v are the
     moments before it.
 
-    p, g, m, v : one shape  ->  p, m, v of that shape
+        m' = beta1 m + (1 - beta1) g
+        v' = beta2 v + (1 - beta2) g^2
+        p' = p - rate (m' / (1 - beta1^t)) / (sqrt(v' / (1 - beta2^t)) + epsilon)
+
+    p, g, m, v : one shape  ->  p', m', v' of that shape
     """
     check_whole("t", t, 1, LARGEST_COUNT)
     return adam_of_one_array(p, g, m, v, t=t, rate=rate, beta1=beta1, beta2=beta2, epsilon=epsilon)

@@ -12,6 +12,7 @@ import functools
 from itertools import groupby
 import os
 from pathlib import Path
+import re
 import select
 import shlex
 import shutil
@@ -29,6 +30,7 @@ from .vectors import case_files, described, read_npy
 
 IN_MEMORY = "leaves its inputs alone", "memory of its own", "reads its arguments anew"
 ABSENT = 3                                                # the status of what is not offered
+LONGEST = 1 << 16                                         # bytes of a line that a program says
 
 
 class Refused(ValueError):
@@ -124,7 +126,8 @@ class _Program:
         lines = outcome.message.splitlines()[:-1]                # the last one is for a mapping
         return replace(outcome, message="\n".join([
             *lines, "    from refimpl.conformance.program import write_call",
-            f"    write_call('call', c)                         # then: {self.backend.name} call"]))
+            "    write_call('call', c)                         # then: "
+            + "echo call | " * self.served + self.backend.name + " call" * (not self.served)]))
 
     def _about(self, case):
         self.case = case
@@ -148,6 +151,8 @@ class _Program:
                 return NotOffered(words or "some of it")
             if status:
                 return Refused(f"exit status {status}: {words}")
+            if case.kind == "refused":                           # it was taken, whatever came of it
+                return (None,)
             return _outputs(folder, described(case)[0]["outputs"])
         except Broken as error:
             self.close()
@@ -187,6 +192,9 @@ class _Program:
             process.stdin.flush()
         line, end = b"", time.monotonic() + self.limit
         while not line.endswith(b"\n"):
+            if len(line) > LONGEST:
+                raise Broken(f"answers a line that begins {line[:60]!r} and goes on beyond "
+                             f"{LONGEST} bytes, needed a line: 0, 3, or 1 and the reason")
             if not select.select([process.stdout], [], [], max(end - time.monotonic(), 0.0))[0]:
                 raise Broken(f"gives no answer within {self.limit:g} s (it hangs)")
             piece = os.read(process.stdout.fileno(), 1 << 16)
@@ -196,7 +204,7 @@ class _Program:
                 raise Broken(self._farewell())
             line += piece
         status, _, words = line.decode(errors="replace").strip().partition(" ")
-        if "\n" in words or not status.isdecimal():
+        if "\n" in words or not re.fullmatch("[0-9]{1,3}", status):
             raise Broken(f"answers {line[:60]!r}, needed a line: 0, 3, or 1 and the reason")
         return int(status), words
 

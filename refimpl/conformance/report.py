@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 from ..gradcheck.report import columns
 from ..storage import atomic_write
-from .backend import is_expected_failure
+from .backend import OPERATIONS, is_expected_failure
 from .causes import causes
 from .judge import GRADES
 
@@ -75,12 +75,15 @@ def verdict(outcomes: Sequence[Any], required: Iterable[str] = ()) -> str:
 
 
 def idle_patterns(patterns: Iterable[str], outcomes: Sequence[Any]) -> list[str]:
-    """Patterns of failures that are expected of the operations that were judged, and which none of
-    their cases shows any more.   ->  list of str"""
+    """Patterns of failures that are expected of the operations that were judged, or of none that
+    there is, and which none of their cases shows any more.   ->  list of str"""
     judged = {o.case.operation.name for o in outcomes}
     failed = [o.case.id for o in outcomes if o.status in ("xfailed", "xpassed")]
+
+    def _about(pattern, names):
+        return any(is_expected_failure(name, [pattern.partition("/")[0]]) for name in names)
     return [pattern for pattern in patterns
-            if any(is_expected_failure(name, [pattern.partition("/")[0]]) for name in judged)
+            if (_about(pattern, judged) or not _about(pattern, OPERATIONS))
             and not any(is_expected_failure(identity, [pattern]) for identity in failed)]
 
 

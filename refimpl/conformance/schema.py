@@ -4,10 +4,12 @@ The facts are for somebody who has the folder and no source: each operation's fo
 check --explain` prints it, the constants that a formula names, and what the words of a case mean.
 """
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict
 import json
 import operator
+from pathlib import Path
 import re
 from typing import Any
 
@@ -18,6 +20,7 @@ from ..holden2017.objective import WEIGHTS
 from ..motion.features import FORWARD, POSITIONS, SIDEWAYS, TURN
 from ..motion.joints import BONES, FEET, SLOTS
 from ..nn.conventions import CONVENTIONS
+from ..storage import FormatError
 from .backend import LOOSEST, OPERATIONS, TOLERANCES
 from .cases import generator
 from .explain import explain
@@ -39,11 +42,14 @@ MEANING = {
 # How another program is asked, in an exported folder's README.txt and in --help.
 PROTOCOL = """\
 The program is started as PROGRAM FOLDER. The folder holds case.json and the inputs as .npy files;
-the program writes its answers there as out0.npy, out1.npy ... (little-endian, C order, in the
-precision of the case). Exit status 0: answered; 3: the operation, or an option of it, is not
-offered; any other: refused, with the last line of standard error as the reason. A command whose
-last word is - is started once: it reads folders from standard input, one a line, and answers each
-with a line on standard output, written at once: 0, 3, or 1 and the reason."""
+the program writes its answers there as .npy files, little-endian and in C order: out0.npy, out1.npy
+... , each of the dtype that "outputs" in case.json gives it, and none where that has null. Exit
+status 0: answered; 3: the operation, or an option of it, is not offered; any other: refused, with
+the last line of standard error as the reason. It is asked for more than golden vectors hold, also
+with inputs that are to be refused (then "outputs" has no dtype); taking them is told, and fails
+with --require alone. A command whose last word is - is started once: it reads folders from standard
+input, one a line, and answers each with a line on standard output, written at once: 0, 3, or 1 and
+the reason."""
 
 
 def _object(required: dict[str, Any], **optional: Any) -> dict[str, Any]:
@@ -69,7 +75,7 @@ OUTPUT = _object({"name": WORD, "array": LABEL, "dtype": WORD, "shape": _list(CO
                   "allowed": LABEL,
                   "bound": {"type": "number", "exclusiveMinimum": 0, "maximum": LOOSEST}})
 CASE = {
-    "id": WORD, "operation": WORD, "function": WORD, "equation": WORD,
+    "id": {**WORD, "pattern": "^[ -~]+$"}, "operation": WORD, "function": WORD, "equation": WORD,
     "precision": {"enum": list(TOLERANCES)}, "exact": {"type": "boolean"},
     "arguments": _list({**_object({"name": WORD}, **INPUT), **GIVEN}),
     "attributes": _map({**_object({}, **INPUT), **GIVEN}),
@@ -195,3 +201,37 @@ def _of_object(value, schema, where, start):
     forms = [form["required"] for form in schema.get("oneOf", ())]
     if forms and sum(all(key in value for key in form) for form in forms) != 1:
         yield f"{start}needed either {' or '.join(', '.join(form) for form in forms)}"
+
+
+def _once(pairs):
+    """A JSON object whose keys all differ."""
+    for key, times in Counter(key for key, _ in pairs).items():
+        if times > 1:
+            raise ValueError(f"the key {key!r} stands {times} times in an object")
+    return dict(pairs)
+
+
+def _no_number(word):
+    raise ValueError(f"{word} is no number")
+
+
+def read_manifest(folder: str | Path) -> dict[str, Any]:
+    """manifest.json of a folder: strict JSON of this format and version.   Raises FormatError."""
+    path = Path(folder) / "manifest.json"
+    if not path.is_file():
+        raise FormatError(f"{path}: found no such file, needed the manifest that `refimpl export` "
+                          "writes last; was the export cut short?")
+    try:
+        manifest = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=_once,
+                              parse_constant=_no_number)
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{path}: found no strict JSON ({str(error)[:120]}), needed the manifest "
+                          "that `refimpl export` wrote") from None
+    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
+        raise FormatError(f"{path}: found no object whose format is {FORMAT!r}, needed the "
+                          "manifest that `refimpl export` wrote")
+    version = manifest.get("version")
+    if type(version) is not int or version != VERSION:
+        raise FormatError(f"{path}: found version {str(version)[:20]} of {FORMAT}, needed version "
+                          f"{VERSION}; export it again with this release")
+    return manifest

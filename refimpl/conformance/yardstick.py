@@ -45,6 +45,13 @@ class Yardstick:
         found._digit = digit
         return found
 
+    def again(self, arguments: tuple, attributes: Mapping[str, Any],
+              expected: tuple) -> "Yardstick":
+        """The same for another call of the function."""
+        found = Yardstick(self._call[0], arguments, attributes, expected, self._whole, self._firm)
+        found._digit = self._digit
+        return found
+
     @cached_property
     def least(self) -> tuple[np.ndarray | float | None, ...]:
         """What the sizes come to at least, the answer's own: nothing has to be measured for it."""

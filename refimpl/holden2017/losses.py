@@ -29,8 +29,9 @@ def content_loss(H_input: np.ndarray, H_output: np.ndarray, *, c: float = 1.0,
                  reading: str = "norm") -> np.ndarray:
     r"""The content loss (Holden 2017, Equation 4):   c || L(I) - L(T(I)) ||
 
-    H_input, H_output : (N, m, T);  reading : of the bars, "norm" as printed, "mean_squares" as the
-    2016 code has it, or "sum_squares"   ->  (N,)
+    H_input, H_output : (N, m, T);  reading : what stands for the bars, of each clip: "norm" as
+    printed, "mean_squares", the mean of the squares, as the 2016 code has it, or "sum_squares"
+    ->  (N,)
 
     >>> content_loss(np.zeros((1, 1, 2)), np.array([[[3.0, 4.0]]]))
     array([5.])
@@ -158,7 +159,8 @@ def foot_loss(motion: np.ndarray, contacts: np.ndarray, *, target: Any = 0.0) ->
         sum over feet j and frames in contact of || v_r + omega x p_j + v_j - r' ||^2
 
     motion : (N, 66, T) denormalised;  contacts : (N, 4, T) of 0 and 1, constants;  target : r', the
-    velocity that a planted foot should have, 0 or broadcastable to (N, 4, 3, T-1)
+    velocity that a planted foot should have, a number or (N, 4, 3, T-1), where an axis of 1 is for
+    all
     ->  (N,), length^2 / frame^2. A step has the contact, turn and p_j of its first frame.
 
     >>> still = np.zeros((1, 66, 3))

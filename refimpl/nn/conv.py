@@ -89,8 +89,8 @@ def conv_transpose1d(h: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, 
 
     h : (N, O, T), w : (O, C / groups, K), b : (C,) or None
     ->  (N, C, (T - 1) stride + dilation (K - 1) + 1 - pads + output_padding)
-    output_padding : with a stride several lengths T of x give the same number of outputs; this
-    chooses among them.
+    padding, dilation, groups : as in `conv1d`.   output_padding : with a stride several lengths T
+    of x give the same number of outputs; this chooses among them, below stride or below dilation
 
     >>> conv_transpose1d(np.array([[[1.0, 2]]]), np.array([[[1.0, 10]]]), stride=2, padding=0)
     array([[[ 1., 10.,  2., 20.]]])

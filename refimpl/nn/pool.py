@@ -17,9 +17,12 @@ def max_pool1d(x: np.ndarray, width: int = 2, *, stride: int | None = None, padd
 
         y[n, c, t] = max_k x[n, c, t stride + k dilation - padding]
 
+        T_out = floor((T + 2 padding - dilation (width - 1) - 1) / stride) + 1
+
     x : (N, C, T)  ->  (N, C, T_out). stride : the width unless given. A NaN in a window is its
-    largest element. Padding counts as -inf. With ceil_mode a last, incomplete window counts, if it
-    begins inside the input or the left padding.
+    largest element. padding : on both sides, at most half the width; counts as -inf. With ceil_mode
+    T_out is rounded up, so that a last, incomplete window counts, if it begins inside the input or
+    the left padding.
 
     >>> max_pool1d(np.array([[[1.0, 5, 7, 3]]]))
     array([[[5., 7.]]])
@@ -53,7 +56,7 @@ def max_pool1d_backward(dy: np.ndarray, x: np.ndarray, width: int = 2, *, stride
 def max_pool1d_indices(x: np.ndarray, width: int = 2, *, stride: int | None = None,
                        padding: int = 0, dilation: int = 1, ceil_mode: bool = False) -> np.ndarray:
     """Where in the input each window's first largest element stands; -1 for a window that holds
-    padding alone (dilation can make one).
+    padding alone (dilation can make one). Windows and options are those of `max_pool1d`.
 
     x : (N, C, T)  ->  (N, C, T_out) of int64
 
@@ -107,7 +110,8 @@ def avg_pool1d(x: np.ndarray, width: int = 2, *, stride: int | None = None, padd
         y[n, c, t] = (1 / n_t) sum_k x[n, c, t stride + k - padding]
 
     n_t : elements of the window inside the input and, with count_include_pad, its padding; what
-    hangs over the end because of ceil_mode never counts.   x : (N, C, T)  ->  (N, C, T_out)
+    hangs over the end because of ceil_mode never counts.   x : (N, C, T)  ->  (N, C, T_out), with
+    stride, padding on both sides, ceil_mode and T_out as in `max_pool1d` without dilation
 
     >>> avg_pool1d(np.array([[[1.0, 5, 7, 3]]]))
     array([[[3., 5.]]])
