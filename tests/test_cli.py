@@ -235,6 +235,10 @@ def test_other_wrong_input(models, folder, tmp_path, capsys):
     (["demo", "--seed", "-1"], "--seed"),
     (["train-style", "x", "y", "--style", "old", "-o", "z", "--weight-style", "inf"],
      "--weight-style: found 'inf'"),
+    (["check", "--time-limit", "0.01"], "--time-limit: found '0.01', needed a number from 0.1 on"),
+    (["check", "--memory-limit", "0"], "--memory-limit: found '0', needed a number from 0.1 on"),
+    (["check", "--golden", ""], "--golden: found '', needed a name"),
+    (["export", ""], "DIR: found '', needed a name"),
     (["demo", "--style", "vampire"], "invalid choice: 'vampire'")])
 def test_wrong_words_are_one_line(words, message, capsys):
     with pytest.raises(SystemExit) as stopped:

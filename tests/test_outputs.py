@@ -284,6 +284,20 @@ def test_a_reader_that_leaves_is_no_failure(here):
     assert done.returncode == 0 and done.stderr == ""
 
 
+def test_an_output_that_is_closed_is_no_failure(here):
+    for command in (["inspect", "c.bvh"], ["check", "refimpl.nn", "--operations", "gram",
+                                           "--profile", "small"]):
+        done = subprocess.run(["sh", "-c", '"$@" >&-', "sh", sys.executable, "-m", "refimpl",
+                               *command], capture_output=True, text=True)
+        assert done.returncode == 0 and done.stderr == ""
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="needs a place where nobody may write")
+def test_what_cannot_be_written_is_called_by_its_name():
+    with pytest.raises(OSError, match=r"x\.json"):
+        check_outputs({"--json": "/proc/x.json"}, {})
+
+
 def test_control_characters_do_not_reach_the_terminal(here, capsys):
     clip = (here / "c.bvh").read_text().replace("JOINT Spine", "JOINT \x1b[2JSpine")
     (here / "evil.bvh").write_text(clip)

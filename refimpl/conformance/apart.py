@@ -92,7 +92,7 @@ class _Child:
         self.request, self.asked = request, None
         context = multiprocessing.get_context("spawn")
         self.pipe, other = context.Pipe()
-        self.process = context.Process(target=_work, args=(other, request), daemon=True)
+        self.process = context.Process(target=_work_quietly, args=(other, request), daemon=True)
         self.process.start()
         other.close()
 
@@ -150,6 +150,14 @@ def _farewell(code):
         name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
         return f"crashes ({name})"
     return f"leaves the program (exit status {code})"
+
+
+def _work_quietly(pipe, request):
+    """Ctrl-C, or a backend that raises what Ctrl-C does, ends the child without a traceback."""
+    try:
+        _work(pipe, request)
+    except KeyboardInterrupt:
+        os._exit(130)
 
 
 def _work(pipe, request):

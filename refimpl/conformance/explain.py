@@ -116,7 +116,8 @@ def _how_near(operation):
         lines.append("It is right wherever the answer can be written: nothing overflows or "
                      "vanishes on the way to it.")
     return [*lines, "An answer has the precision of its inputs." if "float32" in
-            operation.precisions else "It is tried in float64 alone."]
+            operation.precisions else "It is tried in float64 alone.",
+            "It is new: inputs are left as they are, and no later call changes it."]
 
 
 def _refused(operation):

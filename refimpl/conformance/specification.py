@@ -130,12 +130,13 @@ def has_type(found: np.ndarray, expected: np.ndarray, precision: str) -> bool:
 
 def as_tuple(result: Any) -> tuple[Any, ...]:
     """The outputs of a function, or the gradients of a backward, as a tuple of arrays; None is
-    kept.
+    kept, and what a mask covers is no number.
 
     >>> as_tuple((np.zeros(2), None))
     (array([0., 0.]), None)
     """
-    parts = result if isinstance(result, (tuple, list)) else (result,)
+    parts = [part.filled(np.nan) if isinstance(part, np.ma.MaskedArray) and part.dtype.kind == "f"
+             else part for part in (result if isinstance(result, (tuple, list)) else (result,))]
     return tuple(None if part is None else np.asarray(part).view(PythonNumber)
                  if type(part) is float else np.asarray(part) for part in parts)
 

@@ -175,6 +175,9 @@ def test_the_command_judges_a_backend(tmp_path, capsys, monkeypatch):
     (tmp_path / "known.txt").write_text("gram/*/forward/*\nrelu/*\nconv1d/not judged/*\n")
     assert main([*arguments, "--xfail", "known.txt"]) == 1
     assert "expected to fail, and does not: relu/*\n" in capsys.readouterr().out
+    (tmp_path / "known.txt").write_text("gram/*/forward/*\ngrom/plain/*\n")
+    assert main([*arguments, "--xfail", "known.txt"]) == 1
+    assert "expected to fail, and does not: grom/plain/*\n" in capsys.readouterr().out
     (tmp_path / "known.txt").write_text("gram/*/forward/*\nrelu/plain/forward/float64\n")
     assert main([*arguments, "--xfail", "known.txt"]) == 1
     assert "xpassed" in capsys.readouterr().out

@@ -31,6 +31,14 @@ def test_one_option_is_one_line():
     assert len(found) <= 2 and {c.outcomes[0].grade for c in found} == {"stricter"}
 
 
+def test_what_a_mask_covers_is_no_answer():
+    def masked(h):
+        return np.ma.masked_array(nn.gram(h), mask=True)
+    found = outcomes_of(["gram"], gram=masked)
+    graded = {o.grade for o in found if o.case.id.startswith("gram/plain/forward/float")}
+    assert graded == {"wrong"}
+
+
 def test_the_part_that_is_wrong_first_is_named():
     """Both are wrong; the encoder is made of the convolution."""
     wrong = {"conv1d": lambda *a, **k: 1.01 * nn.conv1d(*a, **k),
@@ -154,3 +162,12 @@ def test_a_module_that_ends_its_process_is_refused_in_one_line(tmp_path, monkeyp
     assert main(["check", "gone:BACKEND"]) == 2
     assert "leaves the program (exit status 7) while it was loaded" in capsys.readouterr().err
 
+
+@pytest.mark.parametrize("where", ["", "def gram(h):\n    "])
+def test_what_ctrl_c_raises_leaves_no_traceback(tmp_path, monkeypatch, capfd, where):
+    (tmp_path / "stopped.py").write_text(f"{where}raise KeyboardInterrupt\n")
+    monkeypatch.chdir(tmp_path)
+    status = main(["check", "stopped", "--operations", "gram", "--profile", "small"])
+    said = capfd.readouterr()
+    assert status == (1 if where else 2) and "Traceback" not in said.err
+    assert "leaves the program (exit status 130)" in said.out + said.err
