@@ -15,7 +15,7 @@ import sys
 import time
 from typing import Any
 
-from .backend import BackendError, load_backend
+from .backend import BackendError, load_backend, words_of
 from .cases import cases
 from .golden import read_folder
 from .judge import Outcome, judge_together
@@ -23,6 +23,8 @@ from .judge import Outcome, judge_together
 PATIENCE = 3                    # calls of one function that may end a process before it is let be
 LOADING = 300.0                                # seconds for a module and its libraries to be loaded
 GIGABYTE = 2 ** 30
+# Packages whose functions a verdict is computed with.
+TOOLS = "builtins", "math", "numpy", "refimpl"
 # seconds between two looks at a child's memory
 LOOK = 0.1
 
@@ -92,7 +94,7 @@ class _Child:
         self.request, self.asked = request, None
         context = multiprocessing.get_context("spawn")
         self.pipe, other = context.Pipe()
-        self.process = context.Process(target=_work_quietly, args=(other, request), daemon=True)
+        self.process = context.Process(target=_work_apart, args=(other, request), daemon=True)
         self.process.start()
         other.close()
 
@@ -119,6 +121,9 @@ class _Child:
                 elif what != "weighing":
                     yield what, value
         finally:
+            if self.process.pid and hasattr(os, "killpg"):
+                with contextlib.suppress(ProcessLookupError):    # it has no group of its own yet
+                    os.killpg(self.process.pid, signal.SIGKILL)
             self.process.kill()
             self.process.join()
             self.pipe.close()
@@ -152,27 +157,51 @@ def _farewell(code):
     return f"leaves the program (exit status {code})"
 
 
-def _work_quietly(pipe, request):
-    """Ctrl-C, or a backend that raises what Ctrl-C does, ends the child without a traceback."""
+def _work_apart(pipe, request):
+    """What the child does; whatever a backend starts is of its group, and ends with it."""
+    if hasattr(os, "setsid"):
+        os.setsid()
     try:
         _work(pipe, request)
     except KeyboardInterrupt:
         os._exit(130)
+    except Exception as error:
+        if os.environ.get("REFIMPL_TRACEBACK"):
+            raise
+        with contextlib.suppress(OSError):                       # nobody listens any more
+            pipe.send(("refused", str(error) if isinstance(error, BackendError) else
+                       f"{request.words}: found a module beside which nothing can be judged "
+                       f"({type(error).__name__}: {words_of(error)}), needed one that leaves "
+                       "Python, NumPy and refimpl alone; REFIMPL_TRACEBACK=1 shows where"))
+
+
+def _tools():
+    """The functions and types of TOOLS.   ->  {(module, name): what it is}"""
+    return {(name, key): value for name, module in list(sys.modules.items())
+            if name.partition(".")[0] in TOOLS
+            for key, value in list(vars(module).items()) if callable(value)}
+
+
+def _leaves_alone(words, tools):
+    """Raise BackendError where a tool is not what it was before the backend was there."""
+    for (module, name), value in tools.items():
+        if getattr(sys.modules.get(module), "__dict__", {}).get(name) is not value:
+            raise BackendError(f"{words}: found {module}.{name} replaced, with which its answers "
+                               "are judged, needed that to be left alone; put it back, or let "
+                               "--command judge a program")
 
 
 def _work(pipe, request):
-    """What the child does."""
-    try:
-        backend = load_backend(request.words)
-    except BackendError as error:
-        pipe.send(("refused", str(error)))
-        return
+    tools, leaves_alone = _tools(), _leaves_alone                # before a backend may replace it
+    backend = load_backend(request.words)
+    leaves_alone(request.words, tools)
     pipe.send(("backend", replace(backend, functions=dict.fromkeys(backend.functions, len))))
     for chosen in _chosen(request):
         found = judge_together(chosen, backend, request.expected, settled=request.settled,
                                given_up=request.given_up,
                                asking=lambda case: pipe.send(("asking", (case.id, case.function))),
                                weighing=lambda: pipe.send(("weighing", None)))
+        leaves_alone(request.words, tools)
         pipe.send(("outcomes", [_light(outcome) for outcome in found]))
     pipe.send(("done", None))
     with contextlib.suppress(Exception):                         # a backend may have changed it

@@ -7,7 +7,6 @@ import difflib
 import fnmatch
 import importlib
 import inspect
-import math
 import os
 import sys
 from typing import Any
@@ -23,6 +22,7 @@ OPERATIONS = {operation.name: operation for operation in (
 TOLERANCES = {"float64": 1e-12, "float32": 2e-6}     # of what an element sums (`yardstick`)
 # what a backend says of itself, beside functions
 DECLARED = "tolerances", "lacks"
+SOUGHT = 100                       # unknown names for which a known one is sought
 LOOSEST = 0.1                      # that a backend may declare; beyond it nothing is judged
 
 
@@ -154,7 +154,8 @@ def as_backend(thing: Any, name: str = "backend", loaded: bool = False) -> Backe
         if not callable(value):
             raise BackendError(f"{name}: found {key} of type {type(value).__name__}, needed a "
                                "callable")
-    misspelt = tuple((key, nearest(key, [*known, *DECLARED])) for key in unknown)
+    misspelt = tuple((key, nearest(key, [*known, *DECLARED]) if number < SOUGHT else "")
+                     for number, key in enumerate(unknown))
     if not functions:
         meant = [f"{key!r} (do you mean {near}?)" if near else repr(key)
                  for key, near in misspelt[:8]]
@@ -179,8 +180,8 @@ def _arguments():
 def _tolerances(name, declared):
     """Checked: a number from 0 to LOOSEST for each precision."""
     good = isinstance(declared, Mapping) and set(declared) <= set(TOLERANCES) and all(
-        isinstance(t, (int, float)) and not isinstance(t, bool) and not math.isnan(t)
-        and 0 <= t <= LOOSEST for t in declared.values())
+        isinstance(t, (int, float)) and not isinstance(t, bool) and 0 <= t <= LOOSEST
+        for t in declared.values())
     if not good:
         raise BackendError(f"{name}: found tolerances {repr(declared)[:200]}, needed numbers from "
                            f"0 to {LOOSEST} for {' or '.join(TOLERANCES)}, relative to the largest "

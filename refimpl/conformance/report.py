@@ -59,12 +59,11 @@ def failures(outcomes: Sequence[Any], most: int = 10) -> list[str]:
 
 
 def verdict(outcomes: Sequence[Any], required: Iterable[str] = ()) -> str:
-    """"agrees", "disagrees" or "nothing checked".
+    """"agrees", "disagrees" or, where no call that has an answer was asked, "nothing checked".
 
     required : functions that must be offered and take exactly what the reference takes
     """
-    ran = [o for o in outcomes if o.grade != "not offered"]
-    if not ran:
+    if not any(o.grade != "not offered" and o.case.kind != "refused" for o in outcomes):
         return "nothing checked"
     for o in outcomes:
         strict = o.case.function in required
@@ -87,10 +86,12 @@ def idle_patterns(patterns: Iterable[str], outcomes: Sequence[Any]) -> list[str]
             and not any(is_expected_failure(identity, [pattern]) for identity in failed)]
 
 
-def misspelt(backend: Any) -> list[str]:
+def misspelt(backend: Any, most: int = 20) -> list[str]:
     """A line for each name in a backend that is no operation.   ->  list of str"""
-    return [f"{backend.name}: {name!r} is no operation and was not judged"
-            + (f"; do you mean {near}?" if near else "") for name, near in backend.unknown]
+    lines = [f"{backend.name}: {name!r} is no operation and was not judged"
+             + (f"; do you mean {near}?" if near else "") for name, near in backend.unknown[:most]]
+    more = len(backend.unknown) - most
+    return lines + [f"{backend.name}: ... and {more} more such names"] * (more > 0)
 
 
 def last_line(outcomes: Sequence[Any], verdict: str) -> str:

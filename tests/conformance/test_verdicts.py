@@ -1,6 +1,8 @@
 """What is said of failures: by cause, with conventions and capabilities, and of a backend that ends
 the process that judges it."""
 
+import os
+import select
 import sys
 import textwrap
 
@@ -171,3 +173,52 @@ def test_what_ctrl_c_raises_leaves_no_traceback(tmp_path, monkeypatch, capfd, wh
     said = capfd.readouterr()
     assert status == (1 if where else 2) and "Traceback" not in said.err
     assert "leaves the program (exit status 130)" in said.out + said.err
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs groups of processes")
+def test_what_a_backend_starts_ends_with_it(tmp_path, monkeypatch):
+    """Its child holds a pipe open, whose end is read when the child has ended."""
+    (tmp_path / "starts.py").write_text(
+        "import subprocess\nfrom refimpl import nn\ndef gram(h):\n    with open('pipe', 'w') as p:"
+        "\n        subprocess.Popen(['sleep', '1000'], stdout=p)\n    return nn.gram(h)\n")
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe")
+    reading = os.open("pipe", os.O_RDONLY | os.O_NONBLOCK)
+    assert main(["check", "starts", "--operations", "gram", "--profile", "small"]) == 0
+    os.set_blocking(reading, True)
+    assert select.select([reading], [], [], 60)[0] and os.read(reading, 1) == b""
+    os.close(reading)
+
+
+@pytest.mark.parametrize("code, named", [
+    ("np.abs = np.absolute = lambda x: 0 * x", "numpy.abs"),
+    ("np.isnan = lambda x: np.full(np.shape(x), True)", "numpy.isnan"),
+    ("import builtins; builtins.any = lambda x: False", "builtins.any"),
+    ("from refimpl.conformance import judge\nimport refimpl\n"
+     "sys.modules['refimpl.conformance.judge'].compare = lambda *a: 0.0", "judge.compare"),
+    ("for k in [k for k in sys.modules if k[:7] == 'refimpl']: del sys.modules[k]", "refimpl")])
+@pytest.mark.parametrize("where", ["", "    "])
+def test_a_backend_leaves_alone_what_it_is_judged_with(tmp_path, monkeypatch, capfd, code, named,
+                                                       where):
+    """Whether it is loaded or asked: there is no verdict, and no trace of Python's."""
+    body = "".join(f"{where}{line}\n" for line in code.splitlines())
+    (tmp_path / "patches.py").write_text(
+        "import sys\nimport numpy as np\n" + ("" if where else body) + "def gram(h):\n"
+        + (body if where else "") + "    return 0 * (h @ h.swapaxes(1, 2))\n")
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "patches", "--operations", "gram", "--profile", "small"]) == 2
+    said = capfd.readouterr()
+    assert said.out == "" and named in said.err and "Traceback" not in said.err
+
+
+def test_refusals_alone_are_no_verdict(tmp_path, monkeypatch, capsys):
+    (tmp_path / "none.py").write_text(
+        "from refimpl import nn\nMINE = {'gram': nn.gram, 'lacks': ['float64', 'float32']}\n")
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "none:MINE", "--operations", "gram", "--profile", "small"]) == 1
+    assert "verdict: nothing checked" in capsys.readouterr().out
+
+
+def test_a_tolerance_that_no_float_holds_is_refused():
+    with pytest.raises(BackendError, match="found tolerances"):
+        as_backend({"gram": nn.gram, "tolerances": {"float32": 10 ** 400}})
