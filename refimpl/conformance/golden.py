@@ -172,7 +172,7 @@ def read_folder(folder: str | Path) -> tuple[list[Case], list[str]]:
     """
     folder = Path(folder)
     manifest = read_manifest(folder)
-    wrong = [f"manifest.json: {what}" for what in mistakes(manifest)]
+    wrong = [f"manifest.json: {_with_id(what, manifest)}" for what in mistakes(manifest)]
     if not wrong:
         entries = manifest["cases"]
         text = (folder / "manifest.json").read_text(encoding="utf-8")
@@ -200,6 +200,14 @@ def read_folder(folder: str | Path) -> tuple[list[Case], list[str]]:
         except (OSError, ValueError) as error:
             wrong.append(str(error))
     return found, wrong
+
+
+def _with_id(what, manifest):
+    """What the schema says of a case, with the case's id where it has one."""
+    place = re.match(r"cases\[(\d+)\]", what)
+    entry = manifest["cases"][int(place[1])] if place else {}
+    identity = entry.get("id") if isinstance(entry, dict) else None
+    return f"{what} ({identity})" if isinstance(identity, str) else what
 
 
 def _complaints(entry):

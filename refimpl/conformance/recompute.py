@@ -44,9 +44,9 @@ def objections(folder: str | Path, found: list[Case]) -> Iterator[str]:
                    f"{outcome.found}")
     for case in found:
         own = mine.get(case.id)
-        if own and (case.function, case.single, case.exact) != (
-                own.function, own.single, own.exact):
-            yield f"{case.id}: is another function, precision or exactness than the id says"
+        if own and _kind(case) != _kind(own):
+            yield (f"{case.id}: has another function, precision or exactness than its id says, or "
+                   "other arguments")
         elif own and _allows_more(case, own):
             yield f"{case.id}: allows its answer to be off by more than this release does"
 
@@ -66,6 +66,10 @@ def _texts(folder, manifest):
     for name, text in texts().items():
         if (folder / name).read_bytes() != text:
             yield f"{name}: is not that of {MADE_BY}"
+
+
+def _kind(case):
+    return case.function, case.single, case.exact, len(case.arguments), list(case.attributes)
 
 
 def _allows_more(case, own):

@@ -211,8 +211,12 @@ def _once(pairs):
     return dict(pairs)
 
 
-def _no_number(word):
-    raise ValueError(f"{word} is no number")
+def _no_number(text):
+    """What is said of NaN and the infinities, with the line of the first."""
+    def _refuse(word):
+        before = re.split(r"[:,\[]\s*-?(?:NaN|Infinity)\s*[,\]}]", text)[0]
+        raise ValueError(f"{word} is no number: line {before.count(chr(10)) + 1}")
+    return _refuse
 
 
 def read_manifest(folder: str | Path) -> dict[str, Any]:
@@ -221,9 +225,10 @@ def read_manifest(folder: str | Path) -> dict[str, Any]:
     if not path.is_file():
         raise FormatError(f"{path}: found no such file, needed the manifest that `refimpl export` "
                           "writes last; was the export cut short?")
+    text = ""
     try:
-        manifest = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=_once,
-                              parse_constant=_no_number)
+        text = path.read_text(encoding="utf-8")
+        manifest = json.loads(text, object_pairs_hook=_once, parse_constant=_no_number(text))
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path}: found no strict JSON ({str(error)[:120]}), needed the manifest "
                           "that `refimpl export` wrote") from None

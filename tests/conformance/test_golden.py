@@ -169,6 +169,34 @@ def test_any_seed_and_any_choice_of_operations_is_as_it_was_exported(tmp_path):
     assert wrong == [] == list(objections(tmp_path, found))
 
 
+def test_where_a_manifest_is_wrong_is_said(folder, capsys):
+    lines = (folder / "manifest.json").read_text().splitlines()
+    number = next(n for n, line in enumerate(lines) if '"bound": ' in line and "e-" in line)
+    (folder / "manifest.json").write_text("\n".join(
+        [*lines[:number], '     "bound": NaN', *lines[number + 1:]]))
+    assert main(["check", "--golden", str(folder)]) == 2
+    assert f"NaN is no number: line {number + 1})" in capsys.readouterr().err
+    (folder / "manifest.json").write_text('{"format": "golden vectors", "version": 3,\n'
+                                          ' "version": 3}')
+    assert main(["check", "--golden", str(folder)]) == 2
+    assert "the key 'version' stands 2 times" in capsys.readouterr().err
+
+
+def test_a_case_that_is_no_case_is_called_by_its_id(folder, capsys):
+    edited(folder, lambda m: pool(m)["attributes"].update(stride=2), rehash=True)
+    assert main(["check", "--golden", str(folder)]) == 1
+    assert "attributes.stride: found 2, needed object (max_pool1d/plain/forward/float64)" in (
+        capsys.readouterr().out)
+
+
+def test_an_option_said_to_be_given_is_not_as_it_was_exported(folder):
+    found, _ = read_folder(folder)
+    name = "max_pool1d/plain/forward/float64"
+    number = next(n for n, case in enumerate(found) if case.id == name)
+    found[number] = replace(found[number], attributes={"padding": 0})
+    assert [line.partition(":")[0] for line in objections(folder, found)] == [name]
+
+
 @pytest.mark.parametrize("name", [None, *EDITS])
 def test_the_schema_says_what_a_validator_of_json_schema_says(exported, name):
     jsonschema = pytest.importorskip("jsonschema")
@@ -197,7 +225,7 @@ def test_a_mistake_is_named(value, schema, words):
 
 @pytest.mark.parametrize("text", [
     "", "{}", "[]", "null", "nonsense", '{"format": "golden vectors", "format": "golden vectors"}',
-    '{"format": "golden vectors", "version": 3, "cases": [NaN]}', "[" * 100_000,
+    '{"format": "golden vectors", "version": 3, "cases": [NaN]}', "[" * 100_000, "\ufeff{}",
     '{"format": "golden vectors", "version": 2, "cases": []}',
     '{"format": "golden vectors", "version": true, "cases": []}'])
 def test_what_is_no_manifest(folder, text, capsys):
