@@ -7,6 +7,7 @@ import difflib
 import fnmatch
 import importlib
 import inspect
+import itertools
 import os
 import sys
 from typing import Any
@@ -22,7 +23,7 @@ OPERATIONS = {operation.name: operation for operation in (
 TOLERANCES = {"float64": 1e-12, "float32": 2e-6}     # of what an element sums (`yardstick`)
 # what a backend says of itself, beside functions
 DECLARED = "tolerances", "lacks"
-SOUGHT = 100                       # unknown names for which a known one is sought
+MOST = 1000                        # names that a backend may have; there may be no end of them
 LOOSEST = 0.1                      # that a backend may declare; beyond it nothing is judged
 
 
@@ -127,7 +128,10 @@ def as_backend(thing: Any, name: str = "backend", loaded: bool = False) -> Backe
     known = reference().functions
     try:
         if isinstance(thing, Mapping):
-            offered = {str(key): thing[key] for key in thing}
+            offered = {str(key): thing[key] for key in itertools.islice(thing, MOST + 1)}
+            if len(offered) > MOST:
+                raise BackendError(f"{name}: found more than {MOST} names, needed a mapping of "
+                                   "operation names to callables")
             unknown = [key for key in offered if key not in known and key not in DECLARED]
         elif isinstance(thing, (str, bytes, int, float, list, tuple, set)) or thing is None:
             raise BackendError(f"{name}: found {type(thing).__name__}, needed a mapping of "
@@ -154,8 +158,7 @@ def as_backend(thing: Any, name: str = "backend", loaded: bool = False) -> Backe
         if not callable(value):
             raise BackendError(f"{name}: found {key} of type {type(value).__name__}, needed a "
                                "callable")
-    misspelt = tuple((key, nearest(key, [*known, *DECLARED]) if number < SOUGHT else "")
-                     for number, key in enumerate(unknown))
+    misspelt = tuple((key, nearest(key, [*known, *DECLARED])) for key in unknown)
     if not functions:
         meant = [f"{key!r} (do you mean {near}?)" if near else repr(key)
                  for key, near in misspelt[:8]]

@@ -1,6 +1,8 @@
 """What is said of failures: by cause, with conventions and capabilities, and of a backend that ends
 the process that judges it."""
 
+import collections.abc
+import itertools
 import os
 import select
 import sys
@@ -217,6 +219,28 @@ def test_refusals_alone_are_no_verdict(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["check", "none:MINE", "--operations", "gram", "--profile", "small"]) == 1
     assert "verdict: nothing checked" in capsys.readouterr().out
+
+
+def test_names_without_end_are_refused():
+    class Endless(collections.abc.Mapping):
+        def __getitem__(self, key):
+            return nn.gram
+
+        def __iter__(self):
+            return map("gram{}".format, itertools.count())
+
+        def __len__(self):
+            return 1
+    with pytest.raises(BackendError, match="found more than 1000 names"):
+        as_backend(Endless())
+
+
+def test_a_module_that_is_never_loaded_is_refused_in_one_line(tmp_path, monkeypatch, capsys):
+    (tmp_path / "waits.py").write_text("import time\ntime.sleep(1000)\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("refimpl.conformance.apart.LOADING", 5.0)
+    assert main(["check", "waits:BACKEND"]) == 2
+    assert "within 5 s (it hangs) while it was loaded" in capsys.readouterr().err
 
 
 def test_a_tolerance_that_no_float_holds_is_refused():
