@@ -132,7 +132,7 @@ def test_an_export_takes_away_its_own_earlier_vectors_and_nothing_else(tmp_path)
     names = {path.name for path in (tmp_path / "vectors").iterdir()}
     assert "notes.npz" in names and not any(name.startswith("relu") for name in names)
     assert (read_folder(tmp_path)[1]
-            == ["vectors/notes.npz: found a file that the manifest does not list"])
+            == ["vectors/notes.npz: found what the manifest does not list"])
 
 
 def test_golden_vectors_can_be_read_without_the_package(tmp_path):
