@@ -14,6 +14,7 @@ import numpy as np
 
 from .. import nn
 from ..motion.features import FEATURES
+from ..nn.arguments import in_precision
 from ..nn.sums import wide_sum
 
 HIDDEN, WIDTH, CHANNELS = 256, 25, 128
@@ -175,8 +176,8 @@ def autoencoder_loss(X: np.ndarray, params: Params, *, alpha: float = 0.01, mean
     noise;  chosen : (N, 256, T // 2), as in `decode`
     """
     again = decode(encode(X if noisy is None else noisy, params), params, chosen=chosen)
-    sparsity = sum(nn.l1(p) for p in params.values()) / _shared_by(params, mean)
-    return nn.squared_error(again, X, reduction="mean" if mean else "sum") + alpha * sparsity
+    sparsity = in_precision(alpha, X) * sum(map(nn.l1, params.values())) / _shared_by(params, mean)
+    return nn.squared_error(again, X, reduction="mean" if mean else "sum") + sparsity
 
 
 def autoencoder_loss_backward(dloss: Any, X: np.ndarray, params: Params, *, alpha: float = 0.01,
@@ -193,7 +194,7 @@ def autoencoder_loss_backward(dloss: Any, X: np.ndarray, params: Params, *, alph
                                             reduction="mean" if mean else "sum")
     dH, from_decoder = decode_backward(d_again, H, params, chosen=chosen)
     d_source, from_encoder = encode_backward(dH, source, params)
-    d_sparsity = dloss * alpha / _shared_by(params, mean)
+    d_sparsity = dloss * in_precision(alpha, X) / _shared_by(params, mean)
     gradients = {name: from_encoder[name] + from_decoder[name] + nn.l1_backward(d_sparsity, p)
                  for name, p in params.items()}
     return (dX + d_source if noisy is None else dX), gradients

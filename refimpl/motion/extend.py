@@ -27,6 +27,7 @@ def extended(positions: np.ndarray, frames: int) -> np.ndarray:
     >>> extended(np.ones((3, 21, 3)), 2).shape
     (7, 21, 3)
     """
+    positions = positions if positions.dtype.kind == "f" else positions.astype(float)
     after = _continued(positions, frames)
     before = _continued(positions[::-1], frames)[::-1]
     return np.concatenate([before, positions, after])

@@ -19,13 +19,12 @@ HALF, THIRD = Fraction(1, 2), Fraction(1, 3)
 # Operations outside `nn` and the losses of 2017 that round what they are given. The list only gets
 # shorter.
 ROUNDED = {
-    **dict.fromkeys(("autoencoder_loss", "autoencoder_loss_2016", "trajectory_loss_2016",
-                     "initial_filters"),
+    **dict.fromkeys(("autoencoder_loss_2016", "trajectory_loss_2016", "initial_filters"),
                     "a constant is a floating-point number"),
     **dict.fromkeys(("support_vector_regression", "predicted_style", "golden_section", "best_alpha",
                      "best_pair", "exponential_map", "rotation_vector", "effort_measures",
                      "continuous_exponential_maps", "motion_to_numbers", "numbers_to_motion",
-                     "motion_windows", "normaliser"), "the room computes in float64"),
+                     "motion_windows", "normaliser", "extended"), "the room computes in float64"),
     "cluster_threshold": "SciPy's squareform takes the fractions' memory for floats: not called"}
 
 
