@@ -12,14 +12,16 @@ import os
 import sys
 from typing import Any
 
-from . import (operations_2016, operations_holden, operations_nn, operations_torresani,
-               operations_whole)
+from . import (operations_2016, operations_holden, operations_nn, operations_phrases,
+               operations_rotation, operations_torresani, operations_transfer, operations_whole)
 from .capabilities import mistake
 from .specification import as_tuple
 
 OPERATIONS = {operation.name: operation for operation in (
     operations_nn.OPERATIONS + operations_holden.OPERATIONS + operations_2016.OPERATIONS
-    + operations_torresani.OPERATIONS + operations_whole.OPERATIONS)}
+    + operations_torresani.OPERATIONS + operations_phrases.OPERATIONS
+    + operations_transfer.OPERATIONS + operations_rotation.OPERATIONS
+    + operations_whole.OPERATIONS)}
 TOLERANCES = {"float64": 1e-12, "float32": 2e-6}     # of what an element sums (`yardstick`)
 # what a backend says of itself, beside functions
 DECLARED = "tolerances", "lacks"

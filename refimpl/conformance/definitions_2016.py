@@ -2,12 +2,15 @@
 rows, on top of `definitions_nn`.
 """
 
+import math
+from typing import Any
+
 import numpy as np
 
 from ..holden2016 import losses
 from ..holden2016.rows import POSITIONS, TRAJECTORY, TURN
-from ..motion.joints import FEET
-from . import definitions_nn as plain
+from ..motion.joints import FEET, SLOT
+from . import definitions_nn as plain, definitions_smooth as smooth, functions_2016
 
 KEPT_SHARE = 0.75
 PARENTS = (0, 1, 2, 3, 0, 5, 6, 7, 0, 9, 10, 11, 11, 13, 14, 15, 11, 17, 18, 19)   # of joints 1 ...
@@ -39,7 +42,7 @@ def autoencoder_loss(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarr
     squares = ((again - X) ** 2).ravel()
     filters = [(0.01 / 5 / 2, We), (0.01 / 4 / 2, Wd)]
     return np.asarray(sum(squares) / len(squares)
-                      + sum(share * sum(abs(w) for w in W.ravel()) / W.size
+                      + sum(share * sum(plain.size_of(w) for w in W.ravel()) / W.size
                             for share, W in filters))
 
 
@@ -84,3 +87,114 @@ def search_loss(H: np.ndarray, *, content: np.ndarray, gram: np.ndarray,
     """The weighted mean of two mean squared errors, one clip at a time."""
     return np.array([(amount * ((G - plain.gram(h[None])[0]) ** 2).mean() + ((C - h) ** 2).mean())
                      / (amount + 1) for h, C, G in zip(H, content, gram)])
+
+
+def constraint_loss(motion: np.ndarray, *, contacts: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """The mean of the three, each in its own loops."""
+    return (foot_loss(motion, contacts) + bone_loss(motion)
+            + trajectory_loss(motion, wanted=wanted)) / 3
+
+
+def motion_to_rows(positions: np.ndarray) -> np.ndarray:
+    """One joint of one frame at a time."""
+    T = len(positions)
+    lowest = [min(frame[FEET[1]][1], frame[FEET[3]][1]) for frame in positions]
+    floor = min(lowest) - math.log(0.5 + math.exp(min(lowest) - max(lowest)))
+    ahead = []
+    for frame in positions:
+        across = sum(frame[SLOT[f"Left{part}"]] - frame[SLOT[f"Right{part}"]]
+                     for part in ("Arm", "UpLeg"))
+        ahead.append(np.cross(across / math.hypot(*across), [0.0, 1.0, 0.0])[[0, 2]])
+    yaw = [math.atan2(x, z) for x, z in smooth.smoothed(np.array(ahead), 20.0)]
+    root = [np.array([x, floor, z]) for x, _, z in smooth.smoothed(positions[:, 0], 3.0)]
+    found = np.zeros((T - 1, 73))
+    for t in range(T - 1):
+        here = [smooth.turned(p - root[t], -yaw[t]) for p in positions[t]]
+        sideways, _, forward = smooth.turned(root[t + 1] - root[t], -yaw[t + 1])
+        turn = math.remainder(yaw[t] - yaw[t + 1], 2 * math.pi)
+        planted = [math.dist(positions[t, foot], positions[t + 1, foot]) ** 2 < 0.05
+                   and positions[t, foot, 1] - floor < (3, 2)[number % 2]
+                   for number, foot in enumerate(FEET)]
+        found[t] = [0, 0, 0, *np.concatenate(here), sideways, forward, turn, *planted]
+    return found
+
+
+def rows_to_motion(motion: np.ndarray) -> np.ndarray:
+    """One frame after the other."""
+    root, yaw, found = np.zeros(3), 0.0, []
+    for row in motion:
+        found.append([root + smooth.turned(row[3 * j:3 * j + 3], yaw) for j in range(22)])
+        yaw = yaw - row[68]
+        root = root + smooth.turned([row[66], 0.0, row[67]], yaw)
+    return np.array(found)
+
+
+def row_windows(motion: np.ndarray, *, length: int = 240, step: int = 120) -> np.ndarray:
+    """One row of one window at a time."""
+    T, found = len(motion), []
+    for begin in (t for t in range(T) if t % step == 0 and T - t > 30):
+        last = min(begin + length, T) - 1
+        before = math.ceil((length - (last + 1 - begin)) / 2)
+        window = []
+        for t in range(begin - before, begin - before + length):
+            row = motion[min(max(t, begin), last)].copy()
+            if not begin <= t <= last:
+                row[66:69] = 0.0
+            window.append(row)
+        found.append(window)
+    return np.array(found).reshape(-1, length, 73)
+
+
+def row_normaliser(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sums over all rows, number by number."""
+    rows = [row for window in windows for row in window]
+
+    def _deviation(values):
+        values = list(values)
+        middle = sum(values) / len(values)
+        return math.sqrt(sum((v - middle) ** 2 for v in values) / len(values))
+    mean = [sum(row[i] for row in rows) / len(rows) for i in range(66)]
+    whole = _deviation(v for row in rows for v in row)
+    feet = {3 + 3 * foot + axis for foot in FEET for axis in range(3)}
+    deviation = [whole * (0.9 if i in feet else 1.0) for i in range(66)]
+    deviation += [0.9 * _deviation(v for row in rows for v in row[66:68])] * 2
+    deviation += [0.9 * _deviation(row[68] for row in rows)] + [0.5] * 4
+    return (np.array([*mean, 0, 0, 0, 0.5, 0.5, 0.5, 0.5]),
+            np.array([d or max(deviation) for d in deviation]))
+
+
+def train_network(We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, X: np.ndarray,
+                  order: np.ndarray, batch: int, rate: float,
+                  **chances: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Adam written out over the gradients of each batch."""
+    arrays, met, t = [We, be, Wd, bd], [], 0
+    moments: list[Any] = [(np.zeros(a.shape), np.zeros(a.shape)) for a in arrays]
+    for epoch, row in enumerate(order.tolist()):
+        losses_of = []
+        while row:
+            (indices, row), t = (row[:batch], row[batch:]), t + 1
+            own = {name: given[epoch, indices] for name, given in chances.items()}
+            losses_of.append(float(autoencoder_loss(X[indices], *arrays, **own)))
+            slopes = functions_2016.autoencoder_loss_backward(1.0, X[indices], *arrays, **own)[1:]
+            for k, slope in enumerate(slopes):
+                arrays[k], *moments[k] = plain.adam_step(arrays[k], slope, *moments[k], t=t,
+                                                         rate=rate)
+        met.append(sum(losses_of) / len(losses_of))
+    return (*arrays, np.array(met))
+
+
+def project(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarray,
+            bd: np.ndarray) -> np.ndarray:
+    """There and back."""
+    return decode(encode(X, We, be), Wd, bd)
+
+
+def joined_windows(windows: np.ndarray) -> np.ndarray:
+    """One row after the other."""
+    return np.array([window[t] for window in windows for t in range(60, 180)])
+
+
+def constrained_loss(H: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, mean: np.ndarray,
+                     deviation: np.ndarray, **targets: np.ndarray) -> np.ndarray:
+    """The decoded motion's."""
+    return constraint_loss(decode(H, Wd, bd) * deviation[:, None] + mean[:, None], **targets)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..motion.joints import SLOT
-from .definitions_whole import _leg, _turned
+from .definitions_whole import _leg, turned
 
 
 def extended(positions: np.ndarray, *, frames: int) -> np.ndarray:
@@ -27,7 +27,7 @@ def _after(track, frames):
     turn, hips = _yaw(last) - _yaw(track[source]), last[0] * [1, 0, 1]
 
     def _set_down(t):
-        return np.array([_turned(p - track[source][0] * [1, 0, 1], turn) + hips for p in track[t]])
+        return np.array([turned(p - track[source][0] * [1, 0, 1], turn) + hips for p in track[t]])
     jump = last - _set_down(source)
     return [_set_down(source + k) + (1 - _eased(k / 20)) * jump for k in range(1, frames + 1)]
 
@@ -39,8 +39,8 @@ def _told(track, t):
     for s in (min(max(t + k, 0), T - 1) for k in (-1, 0, 1)):
         a, b = max(s - 1, 0), min(s + 1, T - 1)
         speeds.append((track[b] - track[a]) / max(b - a, 1))
-    return ([_turned(p - track[t][0] * [1, 0, 1], -yaw) for p in track[t]]
-            + [_turned(5 * v, -yaw) for v in sum(speeds) / 3])
+    return ([turned(p - track[t][0] * [1, 0, 1], -yaw) for p in track[t]]
+            + [turned(5 * v, -yaw) for v in sum(speeds) / 3])
 
 
 def _yaw(frame):

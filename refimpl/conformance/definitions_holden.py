@@ -32,7 +32,7 @@ def autoencoder_loss(X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *, alpha: fl
     """Equation 3 of Holden et al., with sums or means."""
     again = decode(encode(X, W0, b0), W0, b0, chosen=chosen)
     squares = ((X - again) ** 2).ravel()
-    absolute = [abs(v) for v in W0.ravel()] + [abs(v) for v in b0]
+    absolute = [plain.size_of(v) for v in (*W0.ravel(), *b0)]
     return np.asarray(sum(squares) / (len(squares) if mean else 1)
                       + alpha * sum(absolute) / (len(absolute) if mean else 1))
 
@@ -90,14 +90,16 @@ def trajectory_loss(motion: np.ndarray, *, wanted: np.ndarray,
 
 def total_loss(*arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.ndarray,
                contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray, W0: np.ndarray,
-               b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray,
-               reading: str = "norm") -> np.ndarray:
+               b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray, reading: str = "norm",
+               foot_velocity: np.ndarray | None = None) -> np.ndarray:
     """Equation 10 of Holden et al.: the mean over the clips of the weighted losses above."""
     w = objective.WEIGHTS[reading]
     O = transform(I, *arrays)
     H, motion = encode(O, W0, b0), O * deviation[:, None] + mean[:, None]
     per_clip = (content_loss(hidden, H, c=w.content, reading=reading)
                 + style_loss(gram, H, s=w.style, reading=reading)
-                + w.foot * foot_loss(motion, contacts) + w.bone * bone_loss(motion, lengths=bones)
+                + w.foot * foot_loss(motion, contacts, target=0.0 if foot_velocity is None
+                                     else foot_velocity)
+                + w.bone * bone_loss(motion, lengths=bones)
                 + w.trajectory * trajectory_loss(motion, wanted=trajectory, turn_weight=w.turn))
     return np.asarray(sum(per_clip) / len(per_clip))

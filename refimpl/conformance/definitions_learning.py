@@ -231,3 +231,80 @@ def effort_measures(positions: np.ndarray, *, fps: float) -> np.ndarray:
                for difference in differences[1:]]
     energy = np.max([0.5 * sum(v * v for v in frame) for frame in lengths[0]])
     return np.array([energy] + [sum(map(sum, frames)) / (len(frames) * J) for frames in lengths])
+
+
+def _folds(folds):
+    """(others, members) of each fold."""
+    for fold in sorted(set(folds.tolist())):
+        yield ([n for n, f in enumerate(folds) if f != fold],
+               [n for n, f in enumerate(folds) if f == fold])
+
+
+def ridge_errors(K: np.ndarray, Y: np.ndarray, *, ridges: np.ndarray,
+                 folds: np.ndarray) -> np.ndarray:
+    """Trained anew for each fold."""
+    found = np.zeros((len(ridges), Y.shape[1]))
+    for n, ridge in enumerate(ridges):
+        for others, members in _folds(folds):
+            a = kernel_ridge(K[np.ix_(others, others)], Y[others], ridge=ridge)
+            for i in members:
+                found[n] += (sum(K[i, k] * w for k, w in zip(others, a)) - Y[i]) ** 2 / len(Y)
+    return found
+
+
+def machine_errors(Ks: np.ndarray, Y: np.ndarray, *, boxes: np.ndarray, epsilons: np.ndarray,
+                   folds: np.ndarray) -> np.ndarray:
+    """Trained anew for each fold."""
+    found = np.zeros((len(Ks), len(boxes), len(epsilons), Y.shape[1]))
+    for g, b, p, e in np.ndindex(found.shape):
+        for others, members in _folds(folds):
+            beta, offset = support_vectors(Ks[g][np.ix_(others, others)], Y[others, e],
+                                           boxes[b], epsilons[p])
+            for i in members:
+                predicted = sum(Ks[g][i, k] * w for k, w in zip(others, beta)) + offset
+                found[g, b, p, e] += (predicted - Y[i, e]) ** 2 / len(Y)
+    return found
+
+
+def machine_violation(K: np.ndarray, y: np.ndarray, beta: np.ndarray, *, C: float,
+                      epsilon: float) -> float:
+    """One beta at a time."""
+    r = [v - sum(k * b for k, b in zip(row, beta)) for v, row in zip(y, K)]
+    highest = max((x - (epsilon if b >= 0 else -epsilon) for x, b in zip(r, beta) if b < C),
+                  default=-math.inf)
+    lowest = min((x - (epsilon if b > 0 else -epsilon) for x, b in zip(r, beta) if b > -C),
+                 default=math.inf)
+    apart = highest - lowest if math.isfinite(highest - lowest) else 0.0
+    return max(apart, 0.0) + max(max(abs(b) - C for b in beta), 0.0) + abs(sum(beta))
+
+
+def fitted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
+                 dealt: np.ndarray) -> np.ndarray:
+    """One effort after the other, each with the hyper-parameters that it does best with."""
+    if kind == "linear interpolation":
+        return predicted_style(Z, Y, new, kind=kind)
+    return np.array([predicted_style(Z, y[:, None], new, kind=kind, **chosen)[:, 0]
+                     for y, chosen in zip(Y.T, least_errors(Z, Y, kind, dealt))]).T
+
+
+def least_errors(Z: np.ndarray, Y: np.ndarray, kind: str,
+                 dealt: np.ndarray) -> list[dict[str, float]]:
+    """The hyper-parameters that each effort does best with."""
+    deviation = [float(np.std(column)) or 1.0 for column in Z.T]
+    X, folds = (Z - np.mean(Z, axis=0)) / deviation, dealt % min(10, len(Z))
+    C, tubes = np.array([1.0, 5.0, 25.0]), np.array([0.05, 0.2])
+    gammas, K = [0.02, 0.06, 0.2, 0.6, 2.0], X @ X.T
+    lowest = -4 if kind == "linear ridge" else -8
+    ridges = np.array([10.0 ** (k / 2) for k in range(lowest, lowest + 11)])
+    errors: dict[Any, Any] = {}
+    for gamma in [0.0] if kind == "linear ridge" else [g / Z.shape[1] for g in gammas]:
+        if gamma:
+            K = gaussian_kernel(X, X, gamma=gamma)
+        if kind == "support vector":
+            table = machine_errors(K[None], Y, boxes=C, epsilons=tubes, folds=folds)[0]
+            errors |= {(("gamma", gamma), ("C", C[b]), ("epsilon", tubes[p])): table[b, p]
+                       for b, p in np.ndindex(3, 2)}
+        else:
+            table = ridge_errors(K, Y - sum(Y) / len(Y), ridges=ridges, folds=folds)
+            errors |= {(("gamma", gamma), ("ridge", r)): row for r, row in zip(ridges, table)}
+    return [dict(min(errors, key=lambda chosen: errors[chosen][e])) for e in range(Y.shape[1])]

@@ -180,9 +180,15 @@ def norm(r: np.ndarray) -> np.ndarray:
     return np.sqrt(sum_squares(r))
 
 
+def size_of(v: Any) -> Any:
+    """|v| of a real number, and its analytic continuation for the complex step (|v| of a complex
+    number is none)."""
+    return -v if v.real < 0 else v
+
+
 def l1(a: np.ndarray) -> np.ndarray:
     """`nn.l1`: the sum of all absolute values."""
-    return np.asarray(sum(abs(v) for v in a.ravel()), dtype=float)
+    return np.asarray(sum(size_of(v) for v in a.ravel()) + 0.0)
 
 
 def squared_error(x: np.ndarray, y: np.ndarray, *, reduction: str = "mean") -> np.ndarray:

@@ -130,13 +130,13 @@ def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, r
         root[k] = (1 - alpha) * here[k][0] + alpha * here[k][1]
     floor = [0, 2] if up == "y" else [0, 1]
     for k in range(1, frames):
-        step = sum(w * _turned(here[k][i][floor] - here[k - 1][i][floor], -here[k - 1][i][3], up)
+        step = sum(w * turned(here[k][i][floor] - here[k - 1][i][floor], -here[k - 1][i][3], up)
                    for i, w in ((0, 1 - alpha), (1, alpha)))
-        root[k, floor] = root[k - 1, floor] + _turned(step, root[k - 1, 3], up)
+        root[k, floor] = root[k - 1, floor] + turned(step, root[k - 1, 3], up)
     return angles, root
 
 
-def _turned(v, angle, up):
+def turned(v: Any, angle: float, up: str) -> np.ndarray:
     """By complex numbers: x + i y about z; about y it is z + i x that turns by +angle."""
     if up == "z":
         w = complex(v[0], v[1]) * complex(math.cos(angle), math.sin(angle))

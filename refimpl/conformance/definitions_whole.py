@@ -12,16 +12,9 @@ from ..holden2016 import losses
 from ..holden2016.rows import CONTACTS, TRAJECTORY
 from ..holden2017 import networks
 from ..motion.joints import FEET, LEGS, SLOT
-from . import (definitions_2016 as code, definitions_holden as paper, definitions_learning as
-               learning, definitions_nn as plain, functions_2016, functions_holden)
-
-
-def _smoothed(x, sigma):
-    reach = int(4 * sigma + 0.5)
-    weights = [math.exp(-0.5 * (i / sigma) ** 2) for i in range(-reach, reach + 1)]
-    return np.array([sum(w * x[min(max(t + i, 0), len(x) - 1)]
-                         for i, w in zip(range(-reach, reach + 1), weights)) / sum(weights)
-                     for t in range(len(x))])
+from . import (definitions_2016 as code, definitions_holden as paper, definitions_nn as plain,
+               functions_2016, functions_holden)
+from .definitions_smooth import smoothed, turned
 
 
 def facing_direction(positions: np.ndarray) -> np.ndarray:
@@ -33,7 +26,7 @@ def facing_direction(positions: np.ndarray) -> np.ndarray:
         across = sum(frame[SLOT[f"Left{part}"]] - frame[SLOT[f"Right{part}"]]
                      for part in ("Arm", "UpLeg"))
         found.append(_unit(np.cross(across, [0.0, 1.0, 0.0])[[0, 2]]))
-    return np.array([_unit(v) for v in _smoothed(np.array(found), 20.0)])
+    return np.array([_unit(v) for v in smoothed(np.array(found), 20.0)])
 
 
 def _leg(positions):
@@ -64,9 +57,9 @@ def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """One joint after the other."""
     T, leg = len(positions), _leg(positions)
     rests, worst = [], []
-    paths = [_smoothed(np.array([_nearest_to_all([positions[min(max(t + k, 0), T - 1), foot]
-                                                  for k in (0, -2, -1, 1, 2)])
-                                 for t in range(T)]), 1.0) for foot in FEET]
+    paths = [smoothed(np.array([_nearest_to_all([positions[min(max(t + k, 0), T - 1), foot]
+                                                 for k in (0, -2, -1, 1, 2)])
+                                for t in range(T)]), 1.0) for foot in FEET]
     for path in paths:
         speed = [math.dist(path[min(t + 1, T - 1)], path[max(t - 1, 0)])
                  / max(min(t + 1, T - 1) - max(t - 1, 0), 1) / (0.0148 * leg) for t in range(T)]
@@ -91,6 +84,12 @@ def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.array(rests), labels
 
 
+def ground_height(positions: np.ndarray) -> float:
+    """Of the second and the fourth foot joint."""
+    _, left, _, right = planted_feet(positions)[0]
+    return min(left, right)
+
+
 def _nearest_to_all(points):
     sums = [sum(math.dist(p, q) for q in points) for p in points]
     return points[0 if sums[0] * (1 - 1e-9) <= min(sums) else sums.index(min(sums))]
@@ -102,24 +101,18 @@ def _runs(labels):
     return list(zip(edges[::2], edges[1::2]))
 
 
-def _turned(v, yaw):
-    """About the vertical: what looks along z then looks along (sin yaw, 0, cos yaw)."""
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.array([c * v[0] + s * v[2], v[1], c * v[2] - s * v[0]])
-
-
 def motion_to_numbers(positions: np.ndarray, *, floor: float) -> tuple[np.ndarray, np.ndarray]:
     """One joint of one frame at a time."""
     forward, T = facing_direction(positions), len(positions)
-    path = _smoothed(positions[:, 0], 3.0)
+    path = smoothed(positions[:, 0], 3.0)
     root = np.array([[x, floor, z] for x, _, z in path])
     yaw = [math.atan2(x, z) for x, z in forward]
     found = np.zeros((T, 66))
     for t in range(T):
         for j in range(21):
-            found[t, 3 * j:3 * j + 3] = _turned(positions[t, j] - root[t], -yaw[t])
+            found[t, 3 * j:3 * j + 3] = turned(positions[t, j] - root[t], -yaw[t])
         if t + 1 < T:
-            sideways, _, ahead = _turned(root[t + 1] - root[t], -yaw[t + 1])
+            sideways, _, ahead = turned(root[t + 1] - root[t], -yaw[t + 1])
             found[t, 63:] = math.remainder(yaw[t + 1] - yaw[t], 2 * math.pi), ahead, sideways
     found[-1, 63:] = found[max(T - 2, 0), 63:]
     return found, np.array([root[0, 0], root[0, 2], yaw[0]])
@@ -129,14 +122,14 @@ def numbers_to_motion(features: np.ndarray, start: np.ndarray) -> np.ndarray:
     """One frame after the other."""
     root, yaw, found = np.array([start[0], start[3], start[1]]), start[2], []
     for row in features:
-        found.append([root + _turned(row[3 * j:3 * j + 3], yaw) for j in range(21)])
+        found.append([root + turned(row[3 * j:3 * j + 3], yaw) for j in range(21)])
         yaw = yaw + row[63]
-        root = root + _turned([row[65], 0.0, row[64]], yaw)
+        root = root + turned([row[65], 0.0, row[64]], yaw)
     return np.array(found)
 
 
-def motion_windows(features: np.ndarray, contacts: np.ndarray, *, length: int,
-                   step: int) -> tuple[np.ndarray, np.ndarray]:
+def motion_windows(features: np.ndarray, contacts: np.ndarray, *, length: int = 240,
+                   step: int = 120) -> tuple[np.ndarray, np.ndarray]:
     """One window after the other."""
     T = len(features)
     if T < length:
@@ -198,6 +191,26 @@ def initial_filters(uniform: np.ndarray) -> np.ndarray:
     return np.array([[[bound * (2 * u - 1) for u in row] for row in f] for f in uniform])
 
 
+def initial_networks(uniform: np.ndarray, *, hidden: int, channels: int, features: int,
+                     width: int) -> tuple[np.ndarray, ...]:
+    """Filter after filter."""
+    made: list[np.ndarray] = []
+    at = 0
+    for outputs, inputs in ((hidden, features), (channels, features), (channels, channels),
+                            (features, channels), (hidden, features), (features, hidden)):
+        count = outputs * inputs * width
+        made += [initial_filters(uniform[at:at + count].reshape(outputs, inputs, width)),
+                 np.zeros(outputs)]
+        at += count
+    return tuple(made)
+
+
+def initial_noise(uniform: np.ndarray) -> np.ndarray:
+    """One number at a time."""
+    bound = math.sqrt(6 / sum(uniform.shape))
+    return np.array([[[bound * (2 * u - 1) for u in row] for row in uniform]])
+
+
 def learning_rate(epoch: np.ndarray, *, rate: float, epochs: int) -> np.ndarray:
     """Constant for half of the epochs, then a straight line."""
     return np.array([rate if 2 * e - 1 <= epochs else rate * (2 * epochs - 2 * e + 1) / epochs
@@ -242,12 +255,14 @@ def train_loss_network(W0: np.ndarray, b0: np.ndarray, *, X: np.ndarray, order: 
 def train_transformation_network(*arrays: np.ndarray, I: np.ndarray, order: np.ndarray, batch: int,
                                  rate: float, W0: np.ndarray, b0: np.ndarray, gram: np.ndarray,
                                  contacts: np.ndarray, trajectory: np.ndarray,
+                                 foot_velocity: np.ndarray | None = None,
                                  **constants: Any) -> tuple[np.ndarray, ...]:
     """`total_loss` and its gradient, of each batch."""
     def _of(moved, indices, epoch):
         problem = {"I": I[indices], "gram": gram[indices], "contacts": contacts[indices],
                    "trajectory": trajectory[indices], "hidden": paper.encode(I[indices], W0, b0),
-                   "W0": W0, "b0": b0, "reading": "mean_squares", **constants}
+                   "W0": W0, "b0": b0, "reading": "mean_squares", **constants,
+                   "foot_velocity": None if foot_velocity is None else foot_velocity[indices]}
         return (paper.total_loss(*moved, **problem),
                 functions_holden.total_loss_backward(1.0, *moved, **problem))
     return _trained(arrays, order, batch, rate, _of)
@@ -286,33 +301,3 @@ def style_search(content: np.ndarray, style: np.ndarray, start: np.ndarray, We: 
     H = _down(_seen(after), _constrained, constraint_iterations)
     before = _motion(H)[0].T
     return np.hstack([before[:, :TRAJECTORY.start], tail]), after, before
-
-
-def cluster_threshold(ssd: np.ndarray, *, count: int) -> float:
-    """Links made one after the other, the shortest first, each that joins two clusters."""
-    cluster, joined = list(range(len(ssd))), [0.0]
-    for d, i, j in sorted((ssd[i, j], i, j) for i in range(len(ssd)) for j in range(i)):
-        if cluster[i] != cluster[j]:
-            joined.append(d)
-            cluster = [cluster[i] if c == cluster[j] else c for c in cluster]
-    made = joined[len(ssd) - count]
-    return (math.nextafter(made, math.inf) * 2 + 1 if count == 1
-            else (made + joined[len(ssd) - count + 1]) / 2)
-
-
-def best_pair(coefficients: np.ndarray, styles: np.ndarray, Z: np.ndarray, Y: np.ndarray, *,
-              target: np.ndarray, **model: Any) -> tuple[np.ndarray, ...]:
-    """Each pair in turn, alpha by ever finer steps about the best of 13 even ones."""
-    found = []
-    for k, l in ((k, l) for k in range(len(styles)) for l in range(len(styles)) if k != l):
-        low, high, steps = -0.25, 1.25, 12
-        while high - low > 1e-8:
-            grid = np.linspace(low, high, steps + 1)
-            new = [[*coefficients[k], *coefficients[l], *styles[k], *styles[l], a] for a in grid]
-            predicted = learning.predicted_style(Z, Y, np.array(new), **model)
-            errors = [math.dist(p, target) for p in predicted]
-            best = errors.index(min(errors))
-            low, high, steps = grid[max(best - 1, 0)], grid[min(best + 1, steps)], 40
-        found.append((errors[best], k, l, grid[best], predicted[best]))
-    error, k, l, alpha, predicted = min(found, key=lambda pair: pair[0])
-    return np.array([k, l]), np.asarray(alpha), predicted, np.asarray(error)

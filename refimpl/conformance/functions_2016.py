@@ -6,7 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..holden2016 import losses, network
+from .. import nn
+from ..holden2016 import losses, network, rows, search, train
+from ..holden2017.train import State
+from .dealt import draws_of, said, trained
 from .functions_holden import spelled_out
 
 
@@ -85,3 +88,111 @@ def search_loss(H: np.ndarray, *, content: np.ndarray, gram: np.ndarray,
 
 
 search_loss_backward = losses.search_loss_backward
+
+
+def constraint_loss(motion: np.ndarray, *, contacts: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """(foot_loss_2016 + bone_loss_2016 + trajectory_loss_2016) / 3.
+
+    motion : (N, 73, T), contacts : (N, 4, T) of 0 and 1, wanted : (N, 3, T)   ->  (N,)
+    """
+    return losses.constraint_loss(motion, contacts, wanted)
+
+
+def constraint_loss_backward(dloss: np.ndarray, motion: np.ndarray, *, contacts: np.ndarray,
+                             wanted: np.ndarray) -> np.ndarray:
+    """dloss : (N,)  ->  dmotion (N, 73, T)"""
+    return losses.constraint_loss_backward(dloss, motion, contacts, wanted)
+
+
+def motion_to_rows(positions: np.ndarray) -> np.ndarray:
+    """The 73 numbers of the 2016 code, of all frames but the last: three zeros, 21 joints x, y, z,
+    sideways and forward velocity, turning, contacts. As `motion_to_numbers` has them, but
+
+        floor = h - ln(1/2 + exp(h - H)),   h, H the least and the largest height of the lower toe
+
+    across is of length 1 in space before it is turned into forward and smoothed; turning has the
+    other sign; a foot is planted where |p[t+1] - p[t]|^2 < 0.05 and y[t] - floor < 3 (heels) or 2
+    (toes).
+
+    positions : (T, 21, 3), y up, in the code's unit, 60 frames a second   ->  (T - 1, 73)
+    """
+    return rows.encode(positions)
+
+
+def rows_to_motion(motion: np.ndarray) -> np.ndarray:
+    """The way back, from place and heading 0:
+
+        yaw[t+1] = yaw[t] - turn[t],   root[t+1] = root[t] + Y(yaw[t+1]) v[t]
+
+    motion : (T, 73)   ->  (T, 22, 3), the first three numbers as a joint in front of the 21
+    """
+    return rows.decode(motion)
+
+
+def row_windows(motion: np.ndarray, *, length: int | None = None,
+                step: int | None = None) -> np.ndarray:
+    """One window begins every `step` rows while more than 30 are left. What is missing of its
+    length is made up by the first and the last row of what there is, the odd one in front, with
+    velocities and turning 0.
+
+    motion : (T, 73);  length, step : 240 and 120 unless given   ->  (N, length, 73)
+    """
+    return rows.windows(motion, **said(length=length, step=step))
+
+
+def row_normaliser(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean of each number, 0 for velocities and turning and 1/2 for contacts. Deviation (of the
+    population): of all numbers of all rows together, 0.9 of it for the twelve numbers of the foot
+    joints, 0.9 of that of both velocities together, 0.9 of that of the turning, 1/2 for contacts;
+    the largest of these where one is 0.
+
+    windows : (N, T, 73)   ->  (73,), (73,)
+    """
+    found = rows.fit_normaliser(windows)
+    return found.mean, found.deviation
+
+
+def train_network(We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, X: np.ndarray,
+                  order: np.ndarray, batch: int, rate: float, kept: np.ndarray | None = None,
+                  chosen: np.ndarray | None = None,
+                  kept_hidden: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+    """Training on autoencoder_loss_2016 by Adam (0.9, 0.999, 1e-8) at one rate. Epoch e visits the
+    windows in the order order[e], `batch` at a time, the last batch as small as it comes.
+
+    We ... bd : as for autoencoder_loss_2016;  X : (N, C, T), T even;  order : (epochs, N) whole
+    numbers;  kept (epochs, N, C, T), chosen (epochs, N, m, T // 2), kept_hidden (epochs, N, m, T)
+    of 0 and 1, by epoch and number of the window, all or none
+    ->  We, be, Wd, bd, and the mean of each epoch's losses of its batches, as the parameters were
+    when they were computed
+    """
+    params = {"We": We, "be": be, "Wd": Wd, "bd": bd}
+    parts = [] if kept is None or chosen is None or kept_hidden is None else [
+        kept, chosen, kept_hidden]
+    return trained(train.train(
+        X, epochs=len(order), batch=batch, rate=rate, width=We.shape[2], chance=bool(parts),
+        state=State(params, nn.adam_start(params), 0), draws=draws_of(order, *parts)), We.dtype)
+
+
+def project(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarray,
+            bd: np.ndarray) -> np.ndarray:
+    """decode_2016(encode_2016(X)).   X : (N, C, T), T even   ->  (N, C, T)"""
+    return network.project(X, {"We": We, "be": be, "Wd": Wd, "bd": bd})
+
+
+def joined_windows(windows: np.ndarray) -> np.ndarray:
+    """Rows 60 to 179 of each window, one after the other.
+
+    windows : (N, 240, 73)   ->  (120 N, 73)
+    """
+    return search.join(windows)
+
+
+def constrained_loss(H: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, contacts: np.ndarray,
+                     wanted: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """constraint_loss_2016 of decode_2016(H) deviation + mean.
+
+    H : (N, m, U), Wd : (73, m, K), bd : (73,);  contacts : (N, 4, 2 U), wanted : (N, 3, 2 U);
+    mean, deviation : (73,)   ->  (N,)
+    """
+    return search.constrained_loss(H, {"Wd": Wd, "bd": bd}, rows.Normaliser(mean, deviation),
+                                   contacts, wanted)

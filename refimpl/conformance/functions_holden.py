@@ -54,8 +54,9 @@ decode_backward = spelled_out(
     "dX : (N, C, 2 U)  ->  dH (N, m, U), dW0 (m, C, K), db0 (m,)")
 
 
-def autoencoder_loss(X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *, alpha: float = 0.01,
-                     mean: bool = True, chosen: np.ndarray | None = None) -> Any:
+def autoencoder_loss(X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *,
+                     alpha: float = networks.SPARSE, mean: bool = True,
+                     chosen: np.ndarray | None = None) -> Any:
     """Equation 3:   || X - decode(encode(X)) ||^2 + alpha || W0, b0 ||_1
 
     X : (N, C, T), T even, W0 : (m, C, K), b0 : (m,);  mean : both sums divided by their numbers of
@@ -86,8 +87,8 @@ transform_backward = spelled_out(
 
 def total_loss(*arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.ndarray,
                contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray, W0: np.ndarray,
-               b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray,
-               reading: str = "norm") -> Any:
+               b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray, reading: str = "norm",
+               foot_velocity: np.ndarray | None = None) -> Any:
     """Equation 10 of T(I): the mean over the clips of content + style + foot + bone + trajectory,
     with 10,000 squared lengths for a squared radian of turning, and the weights
 
@@ -102,18 +103,23 @@ def total_loss(*arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.
     Gram matrices;  contacts : (N, 4, T) of 0 and 1;  bones : (20,) lengths;
     trajectory : (N, 3, T) turning (radians a frame), forward and sideways velocity (length a
     frame);  W0, b0 : of the loss network;  mean, deviation : (66,), motion = T(I) deviation + mean
-    for equations 7 to 9   ->  scalar
+    for equations 7 to 9;  foot_velocity : (N, 4, 3, T - 1), the target of `foot_loss`, 0 unless
+    given   ->  scalar
     """
-    batch = objective.Batch(I, gram, contacts, bones, trajectory, hidden)
+    batch = objective.Batch(I, gram, contacts, bones, trajectory, hidden,
+                            foot_velocity=0.0 if foot_velocity is None else foot_velocity)
     return objective.total_loss(*_problem(arrays, batch, W0, b0, mean, deviation, reading))[0]
 
 
 def total_loss_backward(dloss: Any, *arrays: np.ndarray, W0: np.ndarray, b0: np.ndarray,
                         mean: np.ndarray, deviation: np.ndarray, reading: str = "norm",
+                        foot_velocity: np.ndarray | None = None,
                         **targets: np.ndarray) -> tuple[np.ndarray, ...]:
     """dloss : scalar  ->  a gradient for each of W1, b1, W2, b2, W3, b3; everything else is a
     constant"""
-    problem = _problem(arrays, objective.Batch(**targets), W0, b0, mean, deviation, reading)
+    batch = objective.Batch(
+        **targets, foot_velocity=0.0 if foot_velocity is None else foot_velocity)
+    problem = _problem(arrays, batch, W0, b0, mean, deviation, reading)
     gradients = objective.total_loss_backward(dloss, *problem)
     return tuple(gradients[name] for name in T_NAMES.split())
 

@@ -42,7 +42,7 @@ def content_clusters(ssd: np.ndarray, *, threshold: float) -> np.ndarray:
 
 
 def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, root_Y: np.ndarray,
-                             path: np.ndarray, *, alpha: float, smooth: float = 6.0,
+                             path: np.ndarray, *, alpha: float, smooth: float = align.SMOOTH,
                              up: str = "y") -> tuple[np.ndarray, np.ndarray]:
     """Section 5: the blend of two sequences along a path, alpha = 0 the first, 1 the second.
 
@@ -186,7 +186,7 @@ def golden_section(coefficients: np.ndarray, low: np.ndarray, high: np.ndarray, 
     return synthesise.golden_section(polynomials(coefficients), low, high, tolerance)
 
 
-def best_alpha(coefficients: np.ndarray, *, samples: int = 13,
+def best_alpha(coefficients: np.ndarray, *, samples: int = synthesise.SAMPLES,
                tolerance: float = 1e-6) -> np.ndarray:
     """Equation 12's search: the best of `samples` even steps over [-0.25, 1.25], then golden
     section between its neighbours, which stay inside that range.

@@ -3,17 +3,19 @@ that are learnt and back, training with its order and its chances given, the sea
 equation 12 over all pairs.
 """
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from ..holden2016 import rows, search
-from ..holden2017 import losses, networks, objective, train
-from ..holden2017.networks import Reconstruction
-from ..motion import extend, features as numbers, feet, ground, windows
+from ..holden2016 import network, rows, search
+from ..holden2017 import losses, networks, objective, pairing, train
+from ..motion import features as numbers, feet, ground, windows
 from ..nn.adam import annealed
 from ..torresani2006 import align, regress, synthesise
+from .dealt import Dealt, draws_of, said, trained
 from .functions_holden import T_NAMES
+from .functions_transfer import manifold_of
 
 
 def facing_direction(positions: np.ndarray) -> np.ndarray:
@@ -71,24 +73,12 @@ def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return ground.resting_heights(positions), ground.planted_feet(positions)[1].astype(int)
 
 
-def extended(positions: np.ndarray, *, frames: int) -> np.ndarray:
-    """The clip with so many frames more after it, and before it the same told backwards.
+def ground_height(positions: np.ndarray) -> float:
+    """The lower of the two heights at which the toes rest (`planted_feet`).
 
-    A frame is told by 42 vectors: its joints as seen from under the hips, facing ahead (across =
-    (LeftArm - RightArm) + (LeftUpLeg - RightUpLeg) turned to +x), and 5 times their speeds seen so
-    (np.gradient, then the mean of three frames, the ends repeated). Of frames 0 ... T - frames - 2
-    the one nearest to the last, by the root mean square of distances, is the source: what follows
-    it is turned and set down so that its hips face and stand where the last frame's do; k frames on
-    (1 - e(k / 20)) times the jump from there to the last frame is added,
-
-        e(u) = 6 u^5 - 15 u^4 + 10 u^3,   1 from u = 1 on.
-
-    Where the nearest is farther than 0.15 legs, or T < frames + 3, the clip comes to rest:
-    last + 3 e(k / 12) times the mean of its last three steps.
-
-    positions : (T, 21, 3), y up   ->  (T + 2 frames, 21, 3)
+    positions : (T, 21, 3), y up, 60 frames a second   ->  scalar
     """
-    return extend.extended(positions, frames)
+    return ground.planted_feet(positions)[0]
 
 
 def motion_to_numbers(positions: np.ndarray, *, floor: float) -> tuple[np.ndarray, np.ndarray]:
@@ -117,15 +107,17 @@ def numbers_to_motion(features: np.ndarray, start: np.ndarray) -> np.ndarray:
     return numbers.decode(features, numbers.Start(*map(float, start)))
 
 
-def motion_windows(features: np.ndarray, contacts: np.ndarray, *, length: int,
-                   step: int) -> tuple[np.ndarray, np.ndarray]:
+def motion_windows(features: np.ndarray, contacts: np.ndarray, *,
+                   length: int | None = None, step: int | None = None
+                   ) -> tuple[np.ndarray, np.ndarray]:
     """Windows that begin every `step` frames, and one more that ends with the clip where frames are
     left over. A clip shorter than a window is padded by its first and last frame, one more behind
     than before where they are odd; its last row and all of the padding get velocities of 0.
 
-    features : (T, 66), contacts : (T, 4)   ->  (N, length, 66), (N, length, 4)
+    features : (T, 66), contacts : (T, 4);  length, step : 240 and 120 frames unless given
+    ->  (N, length, 66), (N, length, 4)
     """
-    return windows.windows(features, contacts, length, step)
+    return windows.windows(features, contacts, **said(length=length, step=step))
 
 
 def normaliser(features: np.ndarray, contacts: np.ndarray, *,
@@ -172,13 +164,7 @@ def initial_filters(uniform: np.ndarray) -> np.ndarray:
 
     uniform : (outputs, inputs, width)   ->  the same shape
     """
-    class Drawn:
-        """Gives the numbers that were drawn."""
-
-        def uniform(self, low: float, high: float, size: tuple[int, ...]) -> np.ndarray:
-            """The numbers between these ends."""
-            return (low + (high - low) * uniform).reshape(size)
-    rng: Any = Drawn()
+    rng: Any = Dealt(numbers=uniform.ravel())
     outputs, inputs, width = uniform.shape
     return networks.uniform_filters(rng, outputs, inputs, width, uniform.dtype)
 
@@ -192,8 +178,8 @@ def learning_rate(epoch: np.ndarray, *, rate: float, epochs: int) -> np.ndarray:
 
 
 def train_loss_network(W0: np.ndarray, b0: np.ndarray, *, X: np.ndarray, order: np.ndarray,
-                       batch: int, rate: float, alpha: float = 0.01, dropout: float = 0.0,
-                       kept: np.ndarray | None = None,
+                       batch: int, rate: float, alpha: float = networks.SPARSE,
+                       dropout: float = 0.0, kept: np.ndarray | None = None,
                        chosen: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
     """Training the loss network on equation 3 (means) by Adam (`learning_rate`, 0.9, 0.999, 1e-8).
     Epoch e visits the windows in the order order[e], `batch` at a time, the last batch as small as
@@ -206,54 +192,70 @@ def train_loss_network(W0: np.ndarray, b0: np.ndarray, *, X: np.ndarray, order: 
     ->  W0, b0, and the mean over the windows of each epoch of the loss, as the parameters were when
     it was computed
     """
-    of_batch = networks.autoencoder_gradients(alpha)
-
-    def _step(params, indices, epoch):
-        noisy = None if kept is None else X[indices] * kept[epoch, indices].astype(X.dtype) * (
-            X.dtype.type(1 / (1 - dropout)))
-        return of_batch(params, Reconstruction(
-            X[indices], noisy, None if chosen is None else chosen[epoch, indices]))
-    return _trained({"W0": W0, "b0": b0}, order, batch, rate, _step)
+    parts = [kept] if chosen is None else [kept, chosen.swapaxes(2, 3)]
+    return trained(train.train_autoencoder(
+        X, epochs=len(order), batch=batch, rate=rate, alpha=alpha, dropout=dropout,
+        depooling="average" if chosen is None else "random", draws=draws_of(order, *parts),
+        state=train.start_state({"W0": W0, "b0": b0})), W0.dtype)
 
 
 def train_transformation_network(*arrays: np.ndarray, I: np.ndarray, gram: np.ndarray,
                                  contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray,
                                  W0: np.ndarray, b0: np.ndarray, mean: np.ndarray,
                                  deviation: np.ndarray, order: np.ndarray, batch: int, rate: float,
-                                 reading: str = "mean_squares") -> tuple[np.ndarray, ...]:
+                                 reading: str = "mean_squares",
+                                 foot_velocity: np.ndarray | None = None
+                                 ) -> tuple[np.ndarray, ...]:
     """Training T on equation 10 (`total_loss`, the mean over a batch) against a loss network that
     stays; Adam, epochs and batches as in `train_loss_network`.
 
     W1 ... b3 : of T, as for `transform`;  I, contacts, bones, trajectory, W0, b0, mean, deviation,
-    reading : as for `total_loss`, of N windows, whose hidden units are encode(I);  gram : (N, m, m)
-    order : (epochs, N) whole numbers
+    reading, foot_velocity : as for `total_loss`, of N windows, whose hidden units are encode(I);
+    gram : (N, m, m);  order : (epochs, N) whole numbers
     ->  W1, b1, W2, b2, W3, b3, and each epoch's mean loss
     """
-    windows_of_all = objective.Batch(I, gram, contacts, bones, trajectory)
-    of_batch = objective.style_gradients({"W0": W0, "b0": b0}, mean, deviation,
-                                         objective.WEIGHTS[reading])
+    names = tuple(map(str, range(len(I))))
+    of_all: Any = pairing.TrainingSet(I, contacts, trajectory, dict(zip(names, gram)), names, bones)
+    if foot_velocity is not None:                                # which no training set has
+        every = objective.Batch(I, gram, contacts, bones, trajectory, foot_velocity=foot_velocity)
+        of_all = SimpleNamespace(X=I, batch=every.part)
+    return trained(train.train_style(
+        of_all, manifold_of(W0, b0, mean, deviation), epochs=len(order), batch=batch, rate=rate,
+        weights=objective.WEIGHTS[reading], draws=draws_of(order),
+        state=train.start_state(dict(zip(T_NAMES.split(), arrays)))), I.dtype)
 
-    def _step(params, indices, epoch):
-        found, gradients = of_batch(params, windows_of_all.part(indices))
-        return {"loss": sum(found.values())}, gradients
-    return _trained(dict(zip(T_NAMES.split(), arrays)), order, batch, rate, _step)
+
+def initial_networks(uniform: np.ndarray, *, hidden: int, channels: int, features: int,
+                     width: int) -> tuple[np.ndarray, ...]:
+    """The networks before training, filters of one stream of uniform random numbers of [0, 1) as
+    `initial_filters` makes them, biases 0: W0, W1, W2, W3 of 2017, then We, Wd of 2016.
+
+    uniform : (U,);  T has channels, channels and features outputs; L has `hidden` units
+    ->  W0, b0, W1, b1, W2, b2, W3, b3, We, be, Wd, bd
+    """
+    rng: Any = Dealt(numbers=uniform)
+    size: dict[str, Any] = {"width": width, "dtype": uniform.dtype}
+    made = networks.init_loss_network(rng, hidden=hidden, features=features, **size)
+    T = networks.init_transformation_network(rng, channels=channels, features=features, **size)
+    code = network.init_network(rng, hidden=hidden, numbers=features, **size)
+    return (*made.values(), *T.values(), *code.values())
 
 
-def _trained(params, order, batch, rate, step):
-    state, met = train.start_state(params), []
-    for epoch, row in enumerate(order):
-        record, state = train.run_epoch(
-            state, epoch + 1, row, batch, lambda params, indices: step(params, indices, epoch),
-            annealed(rate, epoch + 1, len(order)))
-        met.append(record.losses["loss"])
-    found = tuple(state.params[name] for name in params)
-    return (*found, np.array(met, dtype=found[0].dtype))
+def initial_noise(uniform: np.ndarray) -> np.ndarray:
+    """What the search of 2016 begins at:   (2 uniform - 1) sqrt(6 / (numbers + T))
+
+    uniform : (numbers, T) of [0, 1)   ->  (1, numbers, T)
+    """
+    rng: Any = Dealt(numbers=uniform.ravel())
+    return search.noise(rng, uniform.shape[1], uniform.shape[0])
 
 
 def style_search(content: np.ndarray, style: np.ndarray, start: np.ndarray, We: np.ndarray,
                  be: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, mean: np.ndarray,
-                 deviation: np.ndarray, amount: float = 0.1, iterations: int = 250,
-                 constraint_iterations: int = 100) -> tuple[np.ndarray, ...]:
+                 deviation: np.ndarray, amount: float = search.AMOUNT,
+                 iterations: int = search.ITERATIONS,
+                 constraint_iterations: int = search.CONSTRAINT_ITERATIONS
+                 ) -> tuple[np.ndarray, ...]:
     """The script of the 2016 code. L and L+ are encode_2016 and decode_2016 without dropout, on
     (rows - mean) / deviation; G = L(style) L(style)^T.
 

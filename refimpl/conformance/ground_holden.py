@@ -207,6 +207,9 @@ def bones(rng: np.random.Generator, given: bool = True, numbers: int = FEATURES)
     far = np.round(_walk(rng, 2, 3, numbers)) + 2.0 ** 18
     found += [Sample("bones of length 0 among others", (motion,), _lengths()),
               Sample("far from the origin", (far,), _lengths(), firm=True)]
+    hair = _walk(rng, 2, 3, numbers)
+    hair[0, first:first + 3 * JOINTS] = rng.standard_normal((3 * JOINTS, 3)) * 1e-170
+    found.append(Sample("lengths whose squares vanish", (hair,), _lengths()))
     own = (((0, 1), (0, 5), (0, 9)), ((12, 3),), ((0, 1), (3, 4), (1, 2), (0, 1)),
            ((2, 1), (1, 2), (2, 6)), BONES[::-1])
     for number, pairs in enumerate(own if given else ()):

@@ -289,7 +289,8 @@ def measures(rng: np.random.Generator) -> list[Sample]:
               Sample("vectors of 240", (n((3, 240)),))]
     mixed = n((4, 3, 5)) * np.array([1.0, 1e-9, 0.0, 1e9])[:, None, None]
     mixed[0, 1] = 0.0
-    return found + [Sample("small, large and no clips side by side", (mixed,))]
+    return found + [Sample("small, large and no clips side by side", (mixed,)),
+                    Sample("one axis", (n(6),))]
 
 
 def adam(rng: np.random.Generator) -> list[Sample]:

@@ -1,11 +1,12 @@
-"""The specifications of the 2016 code's network and losses."""
+"""The specifications of the 2016 code: its 73 rows, network, losses and training."""
 
 import numpy as np
 
 from ..holden2016 import losses
-from ..holden2016.rows import NUMBERS, TURN
+from ..holden2016.rows import CONTACTS, NUMBERS, TRAJECTORY, TURN
 from . import definitions_2016 as definitions, functions_2016 as functions, ground_holden as ground
-from .specification import Sample, operation, ruled
+from .operations_whole import bad_positions, walker
+from .specification import Bad, Sample, operation, ruled
 
 
 def _encode_samples(rng):
@@ -71,9 +72,102 @@ def _search_samples(rng):
             Sample("more style", (n((2, 3, 4)),), {**constants, "amount": 3.0})]
 
 
-def _one(f, arguments, samples, part, **rest):
-    return operation(f, arguments, definitions, samples, equation=f"the 2016 code, {part}",
+def _constraint_samples(rng):
+    constants = {"contacts": rng.random((2, 4, 4)) < 0.6, "wanted": rng.standard_normal((2, 3, 4))}
+    return [Sample("plain", (_motion(rng),), constants)]
+
+
+def _position_samples(rng):
+    sizes = {"plain": (40, 18.0, 1.0), "turning on and on": (300, 18.0, -14.0),
+             "two frames": (2, 18.0, 0.0), "high toes": (60, 40.0, 3.0)}
+    found = [Sample(label, (walker(rng, frames, unit, turns),), large=frames > 100)
+             for label, (frames, unit, turns) in sizes.items()]
+    rolling = walker(rng, 60, 18.0)
+    rolling[:, :, 1] += 0.2 * rolling[:, :, 0] + np.sin(np.arange(60) / 5)[:, None]
+    return [*found, Sample("shoulders not level, an uneven floor", (rolling,))]
+
+
+def _rows(rng, frames):
+    rows = rng.standard_normal((frames, NUMBERS)) * 3
+    rows[:, TURN] *= 0.2
+    rows[:, CONTACTS] = rng.integers(2, size=(frames, 4))
+    return rows
+
+
+def _row_samples(rng):
+    return [Sample("plain", (_rows(rng, 12),)), Sample("one frame", (_rows(rng, 1),)),
+            Sample("two frames", (_rows(rng, 2),))]
+
+
+def _window_samples(rng):
+    sizes = {"some rows left over": (75, 40, 20), "too few left for another": (70, 40, 20),
+             "shorter": (36, 41, 7), "shorter by an odd number": (35, 40, 9),
+             "nothing": (30, 40, 20), "31 rows": (31, 40, 20)}
+    return [Sample("the code's", (_rows(rng, 300),)),
+            *(Sample(label, (_rows(rng, frames),), {"length": length, "step": step})
+              for label, (frames, length, step) in sizes.items())]
+
+
+def _normaliser_samples(rng):
+    plain = np.stack([_rows(rng, 9) + rng.standard_normal(NUMBERS) * 4 for _ in range(3)])
+    straight, standing = plain.copy(), plain.copy()
+    straight[..., TURN] = 0.25
+    standing[..., TRAJECTORY] = 0.0
+    return [Sample("plain", (plain,)), Sample("one row", (plain[:1, :1],)),
+            Sample("never turning", (straight,)), Sample("never moving", (standing,))]
+
+
+def _training_samples(rng):
+    n = rng.standard_normal
+    arrays = (n((3, 4, 3)) / 3, n(3) / 3, n((4, 3, 3)) / 3, n(4) / 3)
+
+    def _sample(label, windows, epochs, batch, chance=False):
+        sizes = {"kept": (4, 6), "chosen": (3, 3), "kept_hidden": (3, 6)} if chance else {}
+        return Sample(label, arrays, {
+            "X": n((windows, 4, 6)), "batch": batch, "rate": 0.01,
+            "order": np.array([rng.permutation(windows) for _ in range(epochs)]),
+            **{name: rng.integers(2, size=(epochs, windows, *size))
+               for name, size in sizes.items()}})
+    return [_sample("one step", 2, 1, 2), _sample("an epoch, its last batch small", 5, 1, 2),
+            _sample("ten steps in five epochs", 4, 5, 2), _sample("by chance", 5, 2, 2, True),
+            _sample("one window", 1, 2, 1)]
+
+
+def _project_samples(rng):
+    n = rng.standard_normal
+    return [Sample("plain", (n((2, 4, 6)), n((5, 4, 3)), n(5), n((4, 5, 3)), n(4)))]
+
+
+def _joined_samples(rng):
+    return [Sample(label, (rng.standard_normal((windows, 240, NUMBERS)),))
+            for label, windows in (("plain", 3), ("one window", 1))]
+
+
+def _constrained_samples(rng):
+    n = rng.standard_normal
+    return [Sample("plain", (n((2, 3, 2)), n((NUMBERS, 3, 3)), n(NUMBERS)), {
+        "contacts": rng.random((2, 4, 4)) < 0.6, "wanted": n((2, 3, 4)), "mean": n(NUMBERS),
+        "deviation": rng.uniform(0.5, 2, NUMBERS)})]
+
+
+def _bad_trainings():
+    W, b, V = np.ones((2, 3, 3)), np.ones(2), np.ones((3, 2, 3))
+    good = {"X": np.ones((2, 3, 4)), "order": np.arange(2)[None], "batch": 1, "rate": 0.01}
+    return [Bad(label, (W, b, V, np.ones(3)), argument, {**good, **change})
+            for label, argument, change in (
+                ("an odd number of frames", "X", {"X": np.ones((2, 3, 5))}),
+                ("no windows", "X", {"X": np.ones((0, 3, 4))}),
+                ("two axes", "X", {"X": np.ones((3, 4))}),
+                ("not a number", "epoch 1, window 0", {"X": np.full((2, 3, 4), np.nan)}),
+                ("no windows a step", "batch, width", {"batch": 0}))]
+
+
+def _one(f, arguments, samples, part, bad=list, **rest):
+    return operation(f, arguments, definitions, samples, bad, f"the 2016 code, {part}",
                      suffix="_2016", **rest)
+
+
+ALONE = {"batched": (), "precisions": ("float64",)}
 
 
 OPERATIONS = (
@@ -88,4 +182,18 @@ OPERATIONS = (
     _one(functions.trajectory_loss, "motion", _trajectory_samples, "path", batched=(),
          ground=lambda rng: ground.paths(rng, form="2016")),
     _one(functions.search_loss, "H", _search_samples, "search", batched=(),
-         ground=ground.searches))
+         ground=ground.searches),
+    _one(functions.constraint_loss, "motion", _constraint_samples, "search", batched=()),
+    _one(functions.motion_to_rows, "positions", _position_samples, "export",
+         lambda: bad_positions(fewest=2), **ALONE),
+    _one(functions.rows_to_motion, "motion", _row_samples, "export", **ALONE),
+    _one(functions.row_windows, "motion", _window_samples, "export", **ALONE),
+    _one(functions.row_normaliser, "windows", _normaliser_samples, "training",
+         lambda: [Bad("another count of numbers", (np.ones((1, 4, 66)),), "windows"),
+                  Bad("no windows", (np.ones((0, 4, NUMBERS)),), "windows"),
+                  Bad("two axes", (np.ones((4, NUMBERS)),), "windows")], **ALONE),
+    _one(functions.train_network, "We be Wd bd", _training_samples, "training", _bad_trainings,
+         batched=(), grows=True),
+    _one(functions.project, "X We be Wd bd", _project_samples, "encoder and decoder"),
+    _one(functions.joined_windows, "windows", _joined_samples, "search", **ALONE),
+    _one(functions.constrained_loss, "H Wd bd", _constrained_samples, "search", batched=()))

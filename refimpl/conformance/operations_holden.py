@@ -8,7 +8,7 @@ from ..motion.joints import BONES
 from . import (definitions_holden as definitions, functions_holden as functions,
                ground_holden as ground, ground_total)
 from .operations_nn import distinct
-from .specification import Sample, operation, ruled
+from .specification import Bad, Sample, operation, ruled
 
 
 def _network_samples(rng):
@@ -96,12 +96,20 @@ def _trajectory_samples(rng):
 
 def _total_samples(rng):
     alike = {term.name: 2.0 for term in objective.EQUATION_10}
-    return [Sample(label, *ground_total.balanced(rng, reading, alike, frames=4)) for label,
-            reading in (("plain", "norm"), ("means of squares", "mean_squares"))]
+    found = [Sample(label, *ground_total.balanced(rng, reading, alike, frames=4)) for label,
+             reading in (("plain", "norm"), ("means of squares", "mean_squares"))]
+    arrays, constants = found[0].inputs, dict(found[0].attributes)
+    constants["foot_velocity"] = 0.3 * rng.standard_normal((2, 4, 3, 3))
+    return [*found, Sample("feet that have to move", arrays, constants)]
 
 
-def _one(f, arguments, samples, equation, **rest):
-    return operation(f, arguments, definitions, samples, equation=equation, **rest)
+def _bad_readings(shape):
+    return [Bad("a reading that is none", (np.ones((1, *shape)), np.ones((1, 3, 4))), "reading",
+                {"reading": "squares"})]
+
+
+def _one(f, arguments, samples, equation, bad=list, **rest):
+    return operation(f, arguments, definitions, samples, bad, equation, **rest)
 
 
 OPERATIONS = (
@@ -113,13 +121,17 @@ OPERATIONS = (
          ground=ground.autoencoders),
     _one(functions.transform, f"X {functions.T_NAMES}", _transform_samples, "the network T",
          ground=ground.transformers),
-    _one(losses.content_loss, "H_input H_output", _content_samples, "equation 4", batched=(0, 1),
+    _one(losses.content_loss, "H_input H_output", _content_samples, "equation 4",
+         lambda: _bad_readings((3, 4)), batched=(0, 1),
          ground=ground.contents),
-    _one(losses.style_loss, "G_style H_output", _style_samples, "equation 5", batched=(0, 1),
+    _one(losses.style_loss, "G_style H_output", _style_samples, "equation 5",
+         lambda: _bad_readings((3, 3)), batched=(0, 1),
          ground=ground.styles),
     _one(losses.foot_loss, "motion contacts", _foot_samples, "equation 7", batched=(0, 1),
          ground=lambda rng: ground.feet(rng) + ground.feet_with_targets(rng)),
     _one(losses.bone_loss, "motion", _bone_samples, "equation 8",
+         lambda: [Bad("a length too few", (np.ones((1, FEATURES, 2)),), "lengths",
+                      {"lengths": np.ones(len(BONES) - 1)})],
          ground=ground.bones),
     _one(losses.trajectory_loss, "motion", _trajectory_samples, "equation 9", batched=(),
          ground=ground.paths),

@@ -50,6 +50,7 @@ def _bad_conv():
             Bad("biases in a column", (X, W, B[:, None]), "b"),
             Bad("one channel for all", (X[:, :1], W, B), "x"),
             Bad("filters of width 0", (X, W[:, :, :0], B), "w"),
+            Bad("no filters", (X, W[:0], None), "w"),
             Bad("no frames", (X[:, :, :0], W, B), "x"),
             Bad("whole numbers", (X.astype(int), W, B), "x"),
             Bad("mixed precision", (X.astype(np.float32), W, B), "w"),
@@ -120,6 +121,10 @@ def _bad_pools():
             Bad("padding above half", (X, 2), "padding", {"padding": 2}),
             Bad("stride 0", (X, 2), "stride", {"stride": 0}),
             Bad("no frames", (X[:, :, :0],), "x"), Bad("whole numbers", (X.astype(int),), "x")]
+
+
+def _bad_max_pools():
+    return [*_bad_pools(), Bad("complex numbers", (X + 0j,), "x")]
 
 
 def _avg_pool_samples(rng):
@@ -207,7 +212,7 @@ def _absolute_error_samples(rng):
 
 
 def _bad_errors():
-    return [Bad("shapes", (X, X[:1]), "y"),
+    return [Bad("shapes", (X, X[:1]), "y"), Bad("a mean of nothing", (X[:0], X[:0]), "x"),
             Bad("reduction", (X, X), "reduction", {"reduction": "max"})]
 
 
@@ -251,7 +256,8 @@ def _bad_adam():
     arrays = (np.ones(3), np.ones(3), np.zeros(3), np.zeros(3))
     steps = {"the step before the first": 0, "half a step": 0.5,
              "more steps than can be counted": 10 ** 400}
-    return [Bad(label, arrays, "t", {"t": t}) for label, t in steps.items()]
+    return [*(Bad(label, arrays, "t", {"t": t}) for label, t in steps.items()),
+            Bad("a negative rate", arrays, "rate", {"t": 1, "rate": -1e-3})]
 
 
 def _one(f, arguments, samples, bad=list, equation="", **rest):
@@ -264,9 +270,9 @@ OPERATIONS = (
          ground=ground.convolutions),
     _one(nn.conv_transpose1d, "h w b", _transpose_samples, _bad_transpose, "equation 2",
          ground=lambda rng: ground.convolutions(rng, transposed=True)),
-    _one(nn.max_pool1d, "x width", _max_pool_samples, _bad_pools, "equation 1",
+    _one(nn.max_pool1d, "x width", _max_pool_samples, _bad_max_pools, "equation 1",
          ground=ground.pools),
-    _one(nn.max_pool1d_indices, "x width", _max_pool_samples, _bad_pools, ground=ground.pools),
+    _one(nn.max_pool1d_indices, "x width", _max_pool_samples, _bad_max_pools, ground=ground.pools),
     _one(nn.max_unpool1d, "h indices length", _unpool_samples,
          lambda: [Bad("index too large", (X, np.full(X.shape, 9), 9), "indices")],
          batched=(0, 1), ground=ground.unpools),
@@ -275,13 +281,15 @@ OPERATIONS = (
     _one(nn.avg_depool1d, "h width",
          lambda rng: [Sample("plain", (rng.standard_normal((2, 3, 4)),)),
                       Sample("three", (rng.standard_normal((2, 3, 4)), 3))],
-         lambda: [Bad("width 0", (X, 0), "width"), Bad("two dimensions", (X[0],), "h")],
+         lambda: [Bad("width 0", (X, 0), "width"), Bad("two dimensions", (X[0],), "h"),
+                  Bad("no frames", (X[:, :, :0],), "h")],
          "equation 2", ground=ground.depools),
     _one(nn.random_depool1d, "h chosen width", _random_depool_samples, _bad_random_depool,
          "equation 2, as the 2016 code learns", batched=(0, 1),
          ground=lambda rng: ground.depools(rng, chosen=True)),
     _one(nn.relu, "x", _relu_samples,
-         lambda: [Bad("whole numbers", (np.zeros(3, int),), "x")], "equation 1",
+         lambda: [Bad("whole numbers", (np.zeros(3, int),), "x"),
+                  Bad("an array of objects", (np.full(3, 0.5, object),), "x")], "equation 1",
          ground=ground.elements),
     _one(nn.gram, "h", _clip_samples, lambda: [Bad("two dimensions", (X[0],), "h")], "equation 6",
          ground=lambda rng: [s for s in ground.measures(rng) if s.inputs[0].ndim == 3]),
@@ -291,7 +299,8 @@ OPERATIONS = (
          lambda: [Bad("clips without elements", (X[:, :0],), "r")], ground=ground.measures),
     _one(nn.norm, "r", _norm_samples, equation="the || || of equations 4 and 5",
          ground=ground.measures),
-    _one(nn.l1, "a", _l1_samples, equation="equation 3", batched=(),
+    _one(nn.l1, "a", _l1_samples, lambda: [
+        Bad("complex numbers", (X + 0j,), "a")], "equation 3", batched=(),
          ground=lambda rng: ground.elements(rng, summed=True)),
     _one(nn.squared_error, "x y", _error_samples, _bad_errors, "equation 3", batched=(),
          ground=_error_ground),

@@ -10,7 +10,8 @@ import numpy as np
 from ..motion import rotation
 from ..torresani2006 import align, observe, segment
 from . import definitions_learning as learning, definitions_torresani as plain
-from . import functions_torresani as functions, ground_learning, ground_torresani as ground
+from . import (functions_torresani as functions, ground_learning, ground_torresani as ground,
+               refused_torresani as refused)
 from .specification import Bad, Sample, operation
 
 # Predictions of a machine whose dual objective is right to 1e-9: others' solvers end at 1e-6.
@@ -35,13 +36,6 @@ def _pair_samples(rng):
                                                rng.integers(0, 2, (9, 2)).astype(float)))]
 
 
-def _bad_pairs():
-    X = np.zeros((3, 2))
-    return [Bad("no frames", (X[:0], X), "X"), Bad("one axis", (X[0], X), "X"),
-            Bad("not a number", (X, X * np.nan), "Y"),
-            Bad("other angles", (X, np.zeros((3, 4))), "X, Y")]
-
-
 def _cluster_samples(rng):
     d = rng.uniform(0, 1, (8, 8))
     d = d + d.T
@@ -59,20 +53,14 @@ def _interpolation_samples(rng):
     X, Y = _walk(rng, 14), _walk(rng, 9)
     roots = [_walk(rng, len(x), 4) for x in (X, Y)]
     path = plain.dtw_path(X, Y)
-    far = roots[1] + [0, 0, 0, 2 * np.pi * 3]
+    far, far_too = (root + [0, 0, 0, 2 * np.pi * 3] for root in roots[::-1])
     return [Sample("half", (X, Y, *roots, path), {"alpha": 0.5}),
             *(Sample(f"alpha {alpha:g}", (X, Y, *roots, path), {"alpha": alpha})
               for alpha in (0.0, 1.0, -0.25, 1.25, 0.3)),
             Sample("z is up", (X, Y, *roots, path), {"alpha": 0.4, "up": "z"}),
             Sample("steps as they are", (X, Y, *roots, path), {"alpha": 0.6, "smooth": 0.0}),
-            Sample("headings three turns apart", (X, Y, roots[0], far, path), {"alpha": 0.5})]
-
-
-def _bad_interpolations():
-    X = np.zeros((3, 2))
-    root, path = np.zeros((3, 4)), np.array([[0, 0], [1, 1], [2, 2]])
-    return [Bad("alpha too large", (X, X, root, root, path), "alpha", {"alpha": 1.3}),
-            Bad("another pair's path", (X, X, root, root, path[:2]), "path", {"alpha": 0.5})]
+            Sample("headings three turns apart", (X, Y, roots[0], far, path), {"alpha": 0.5}),
+            Sample("both headings far from 0", (X, Y, far_too, roots[1], path), {"alpha": 0.5})]
 
 
 def _segment_samples(rng):
@@ -86,13 +74,6 @@ def _segment_samples(rng):
             Sample("one frame", (Y[:1], frames), {"lengths": lengths}),
             Sample("one fragment of one frame", (Y[:4], frames[:1]), {"lengths": (1,)}),
             Sample("all equal", (np.zeros((6, 2)), np.zeros((5, 2))), {"lengths": (2, 3)})]
-
-
-def _bad_segments():
-    X = np.zeros((4, 2))
-    return [Bad("no frames", (X[:0], X), "Y", {"lengths": (4,)}),
-            Bad("not a number", (X * np.nan, X), "Y", {"lengths": (4,)}),
-            Bad("other angles", (X, np.zeros((4, 3))), "fragments[0]", {"lengths": (4,)})]
 
 
 def _component_samples(rng):
@@ -114,11 +95,6 @@ def _ridge_samples(rng):
     n = rng.standard_normal
     return [Sample("plain", (n((7, 3)), n((7, 2))), {"ridge": 0.5}),
             Sample("fewer examples than inputs", (n((2, 4)), n((2, 2))), {"ridge": 0.1})]
-
-
-def _bad_ridges():
-    return [Bad("no ridge", (np.eye(3), np.ones((3, 2))), "ridge", {"ridge": 0.0}),
-            Bad("negative", (np.eye(3), np.ones((3, 2))), "ridge", {"ridge": -1.0})]
 
 
 def _kernel_ridge_samples(rng):
@@ -159,11 +135,6 @@ def _vector_samples(rng):
             Sample("several turns", (9.0 * rng.standard_normal((4, 3)) / 3,))]
 
 
-def _bad_vectors():
-    return [Bad("not a number", (np.full((1, 3), np.nan),), "v"),
-            Bad("infinite", (np.array([[0.0, np.inf, 0.0]]),), "v")]
-
-
 def _matrix_samples(rng):
     v = rng.standard_normal((6, 3))
     v *= (rng.uniform(0.05, 3.1, 6) / np.linalg.norm(v, axis=1))[:, None]
@@ -179,7 +150,10 @@ def _continuous_samples(rng):
     turning = np.stack([learning.exponential_map(np.outer(turns * 2 * np.pi * t, axis))
                         for turns, axis in zip((2.3, -0.4), axes)], axis=1)
     reference = learning.exponential_map(rng.standard_normal((2, 3)))
+    far = np.array([0.3, 3.1, 4.9, 7.8, 9.4, 8.0, 5.2, 2.4, -0.4, -3.1, -5.9])
     return [Sample("more than two turns", (turning, reference)),
+            Sample("steps of almost half a turn", (learning.exponential_map(
+                far[:, None, None] * axes), np.stack([np.eye(3)] * 2))),
             Sample("one frame", (turning[7:8], reference))]
 
 
@@ -208,12 +182,6 @@ def _measure_samples(rng):
     return [Sample("plain", (_walk(rng, 12, 15).reshape(12, 5, 3),), {"fps": 30.0}),
             Sample("four frames", (_walk(rng, 4, 3).reshape(4, 1, 3),), {"fps": 60.0}),
             Sample("standing", (np.ones((6, 2, 3)),), {"fps": 30.0})]
-
-
-def _bad_measures():
-    return [Bad("three frames", (np.zeros((3, 2, 3)),), "positions", {"fps": 30.0}),
-            Bad("two numbers a joint", (np.zeros((6, 2, 2)),), "positions", {"fps": 30.0}),
-            Bad("no frame rate", (np.zeros((5, 2, 3)),), "fps", {"fps": 0.0})]
 
 
 def _another_path(found, arguments, attributes):
@@ -260,40 +228,48 @@ def _one(f, arguments, samples, bad=list, part="", *, name="", **rest):
 
 
 OPERATIONS = (
-    _one(functions.dtw_cost, "X Y", _pair_samples, _bad_pairs, "2006, equations 3 to 5",
+    _one(functions.dtw_cost, "X Y", _pair_samples, refused.pairs, "2006, equations 3 to 5",
          ground=ground.time_warps),
-    _one(functions.dtw_path, "X Y", _pair_samples, _bad_pairs, "2006, equations 3 to 5",
+    _one(functions.dtw_path, "X Y", _pair_samples, refused.pairs, "2006, equations 3 to 5",
          same=_another_path, ground=ground.time_warps),
-    _one(functions.content_clusters, "ssd", _cluster_samples, part="2006, section 4",
+    _one(functions.content_clusters, "ssd", _cluster_samples,
+         lambda: [Bad("not square", (np.ones((2, 3)),), "ssd", {"threshold": 1.0})],
+         "2006, section 4",
          ground=ground.clusters),
     _one(functions.space_time_interpolation, "X Y root_X root_Y path", _interpolation_samples,
-         _bad_interpolations, "2006, section 5", ground=ground.interpolations),
-    _one(functions.principal_components, "frames", _component_samples, part="2006, section 6",
+         refused.interpolations, "2006, section 5", ground=ground.interpolations),
+    _one(functions.principal_components, "frames", _component_samples,
+         lambda: [Bad("more components than differences", (np.eye(4),), "components",
+                      {"lengths": (2, 2), "components": 2, "length": 2}),
+                  Bad("nothing but zeros", (np.zeros((4, 2)),), "components",
+                      {"lengths": (2, 2), "components": 1, "length": 2})], "2006, section 6",
          tolerance=100.0, ground=ground.components),
     _one(functions.gaussian_kernel, "A B", _kernel_samples, part="2006, section 6",
          ground=ground_learning.kernels),
-    _one(functions.linear_ridge, "Z Y", _ridge_samples, _bad_ridges, "2006, section 6",
-         tolerance=10.0, ground=ground_learning.ridges),
-    _one(functions.kernel_ridge, "K Y", _kernel_ridge_samples, _bad_ridges, "2006, section 6",
-         tolerance=10.0, ground=ground_learning.kernel_ridges),
-    _one(functions.support_vector_regression, "K y K_new", _svr_samples, part="2006, section 6",
-         tolerance=1e3, ground=ground_learning.machines),
+    _one(functions.linear_ridge, "Z Y", _ridge_samples, lambda: refused.ridges("Z"),
+         "2006, section 6", tolerance=10.0, ground=ground_learning.ridges),
+    _one(functions.kernel_ridge, "K Y", _kernel_ridge_samples, refused.kernel_ridges,
+         "2006, section 6", tolerance=10.0, ground=ground_learning.kernel_ridges),
+    _one(functions.support_vector_regression, "K y K_new", _svr_samples,
+         refused.machines, "2006, section 6", tolerance=1e3, ground=ground_learning.machines),
     _one(functions.predicted_style, "Z Y new", _style_samples, part="2006, equation 1",
          ground=ground_learning.styles,
          tolerance=1e3),
-    _one(functions.one_stage_segmentation, "Y frames", _segment_samples, _bad_segments,
+    _one(functions.one_stage_segmentation, "Y frames", _segment_samples, refused.segments,
          "2006, equations 8 to 11", ground=ground.segmentations, same=_another_segmentation),
-    _one(functions.golden_section, "coefficients low high", _golden_samples,
-         part="2006, section 7.2", tolerance=1e7, ground=ground_learning.golden),
-    _one(functions.best_alpha, "coefficients", _alpha_samples, part="2006, equation 12",
+    _one(functions.golden_section, "coefficients low high", _golden_samples, refused.golden,
+         "2006, section 7.2", tolerance=1e7, ground=ground_learning.golden),
+    _one(functions.best_alpha, "coefficients", _alpha_samples,
+         lambda: [Bad("one sample", (np.ones((1, 3)),), "samples", {"samples": 1})],
+         "2006, equation 12",
          ground=ground_learning.alphas,
          tolerance=1e7),
-    _one(rotation.exp_map, "v", _vector_samples, _bad_vectors, "2006, section 3",
+    _one(rotation.exp_map, "v", _vector_samples, refused.vectors, "2006, section 3",
          name="exponential_map",
          ground=ground.vectors),
     _one(rotation.log_map, "R", _matrix_samples, part="2006, section 3", name="rotation_vector",
          tolerance=1e3, ground=ground.matrices, same=_other_sign),
     _one(functions.continuous_exponential_maps, "R reference", _continuous_samples,
          part="2006, section 3", tolerance=1e3, ground=ground.continuous),
-    _one(observe.measures, "positions", _measure_samples, _bad_measures, "computed observer",
+    _one(observe.measures, "positions", _measure_samples, refused.measures, "computed observer",
          name="effort_measures", ground=ground.efforts))

@@ -10,8 +10,8 @@ from ..holden2016.rows import CONTACTS, NUMBERS
 from ..motion.features import FEATURES, TURN
 from ..motion.joints import FEET, JOINTS, SLOT
 from ..motion.rotation import yaw_rotation
-from . import (definitions_ends, definitions_whole as definitions, functions_whole as functions,
-               ground_total)
+from . import (definitions_ends, definitions_phrases, definitions_whole as definitions,
+               functions_transfer, functions_whole as functions, ground_total)
 from .specification import Bad, Sample, operation
 
 HEIGHTS = {"Hips": 0.95, "UpLeg": 0.9, "Leg": 0.5, "Foot": 0.1, "Toe": 0.03, "Spine": 1.1,
@@ -79,13 +79,15 @@ def _extension_samples(rng):
             Sample("one frame", (walker(rng, 1),), {"frames": 3})]
 
 
-def _bad_positions(**floor):
+def bad_positions(*, fewest: int = 1, **floor: float) -> list[Bad]:
+    """What is no motion of 21 joints.   fewest : frames that there have to be"""
     good = walker(np.random.default_rng(0), 5)
     hole = good.copy()
     hole[2, 3, 1] = np.nan
     return [Bad("another count of joints", (good[:, :20],), "positions", floor),
             Bad("a hole", (hole,), "positions", floor),
-            Bad("no frames", (good[:0],), "positions", floor)]
+            Bad("two axes", (good[0],), "positions", floor),
+            Bad("too few frames", (good[:fewest - 1],), "positions", floor)]
 
 
 def _number_samples(rng):
@@ -98,10 +100,10 @@ def _window_samples(rng):
     def _clip(frames):
         return rng.standard_normal((frames, FEATURES)), (rng.random((frames, 4)) < 0.5).astype(int)
     sizes = {"one left over": (11, 4, 3), "as it fits": (10, 4, 3), "one window": (6, 6, 2),
-             "shorter": (5, 9, 4), "shorter by an odd number": (5, 8, 4), "one frame": (1, 4, 2),
-             "the papers'": (500, 240, 120)}
-    return [Sample(label, _clip(frames), {"length": length, "step": step})
-            for label, (frames, length, step) in sizes.items()]
+             "shorter": (5, 9, 4), "shorter by an odd number": (5, 8, 4), "one frame": (1, 4, 2)}
+    return [*(Sample(label, _clip(frames), {"length": length, "step": step})
+              for label, (frames, length, step) in sizes.items()),
+            Sample("the papers'", _clip(500))]
 
 
 def _normaliser_samples(rng):
@@ -109,8 +111,9 @@ def _normaliser_samples(rng):
         rng.standard_normal(FEATURES) * 5)
     contacts, still = (rng.random((30, 4)) < 0.5).astype(float), features.copy()
     still[:, TURN] = 0.1
-    return [Sample(f"{label}, {form}", (array, contacts), {"form": form})
-            for label, array in (("plain", features), ("never turning", still))
+    return [Sample(f"{label}, {form}", (array, contacts[:len(array)]), {"form": form})
+            for label, array in (("plain", features), ("never turning", still),
+                                 ("two frames", features[:2]))
             for form in ("groups", "2016")]
 
 
@@ -128,6 +131,15 @@ def _target_samples(rng):
 
 def _filter_samples(rng):
     return [Sample("plain", (rng.random((5, 4, 3)),)), Sample("one", (rng.random((1, 1, 1)),))]
+
+
+def _network_samples(rng):
+    return [Sample("plain", (rng.random(600),),
+                   {"hidden": 4, "channels": 2, "features": 5, "width": 3})]
+
+
+def _noise_samples(rng):
+    return [Sample("plain", (rng.random((5, 8)),)), Sample("the code's", (rng.random((73, 240)),))]
 
 
 def _rate_samples(rng):
@@ -166,13 +178,16 @@ def _transformation_samples(rng):
         del made["hidden"]
         return arrays, made
 
-    def _sample(label, clips, epochs, batch, reading="mean_squares", large=False):
+    def _sample(label, clips, epochs, batch, reading="mean_squares", large=False, moving=False):
         arrays, made = _problem(clips, reading)
+        if moving:
+            made["foot_velocity"] = rng.standard_normal((clips, 4, 3, 3))
         return Sample(label, arrays, {**made, "order": _orders(rng, epochs, clips), "batch": batch,
                                       "rate": 0.003}, large=large)
     return [_sample("one step", 2, 1, 2), _sample("one step of norms", 2, 1, 2, "norm", True),
             _sample("an epoch, its last batch small", 3, 1, 2, large=True),
             _sample("ten steps in five epochs", 4, 5, 2, large=True),
+            _sample("feet that have to move", 3, 1, 2, moving=True),
             _sample("one window, one step", 1, 1, 1)]
 
 
@@ -187,10 +202,28 @@ def _search_samples(rng):
     params = n((3, NUMBERS, 3)) * 0.1, n(3) * 0.1, n((NUMBERS, 3, 3)) * 0.1, n(NUMBERS)
     scale: dict[str, Any] = {"mean": n(NUMBERS), "deviation": rng.uniform(0.5, 2, NUMBERS)}
     return [Sample(label, (_rows(8), _rows(6), 0.3 * n((1, NUMBERS, 8)), *params), {
-        **scale, "iterations": first, "constraint_iterations": second}, large=first > 20)
-        for label, first, second in (
-            ("one step of each", 1, 1), ("as many as the code's", 250, 100), ("some steps", 6, 4),
+        **scale, **({"iterations": first, "constraint_iterations": second} if first else {})},
+        large=not first) for label, first, second in (
+            ("one step of each", 1, 1), ("as many as the code's", 0, 0), ("some steps", 6, 4),
             ("the style alone", 2, 0))]
+
+
+def _bad_searches():
+    good, *_ = _search_samples(np.random.default_rng(0))
+    content, style, start, *params = good.inputs
+    return [Bad("an odd number of rows", (content[1:], style, start[:, :, 1:], *params), "content",
+                good.attributes),
+            Bad("an odd number of rows of the style", (content, style[1:], start, *params), "style",
+                good.attributes),
+            Bad("a start of other frames", (content, style, start[:, :, 2:], *params), "start",
+                good.attributes)]
+
+
+def _bad_trainings():
+    good, *_ = _loss_network_samples(np.random.default_rng(0))
+    nowhere = np.full_like(good.attributes["X"], np.nan)
+    return [Bad("not a number", good.inputs, "epoch 1, batch 1 of 1",
+                {**good.attributes, "X": nowhere})]
 
 
 def _threshold_samples(rng):
@@ -212,7 +245,8 @@ def _pair_samples(rng):
 
 
 def _one(f, arguments, samples, equation, bad=list, **rest):
-    return operation(f, arguments, definitions, samples, bad, equation,
+    return operation(f, arguments, definitions if hasattr(definitions, f.__name__) else
+                     definitions_phrases, samples, bad, equation,
                      **{"batched": (), "precisions": ("float64",), **rest})
 
 
@@ -223,10 +257,11 @@ OPERATIONS = (
     _one(functions.foot_contacts, "positions", lambda rng: _positions(rng, floor=0.02),
          "2017, section 3.1"),
     _one(functions.planted_feet, "positions", _ground_samples, "2017, section 3.1"),
-    operation(functions.extended, "positions", definitions_ends, _extension_samples, list,
+    operation(functions_transfer.extended, "positions", definitions_ends, _extension_samples, list,
               "2017, section 3.1", batched=(), precisions=("float64",)),
+    _one(functions.ground_height, "positions", _ground_samples, "2017, section 3.1"),
     _one(functions.motion_to_numbers, "positions", lambda rng: _positions(rng, floor=0.02),
-         "2017, section 3.1", lambda: _bad_positions(floor=0.0)),
+         "2017, section 3.1", lambda: bad_positions(floor=0.0)),
     _one(functions.numbers_to_motion, "features start", _number_samples, "2017, section 3.1",
          lambda: [Bad("another count of numbers", (np.zeros((3, 65)), np.zeros(4)), "features")]),
     _one(functions.motion_windows, "features contacts", _window_samples, "2017, section 3.1"),
@@ -242,13 +277,18 @@ OPERATIONS = (
                       {"lengths": (2,), "frames": 4})]),
     _one(functions.initial_filters, "uniform", _filter_samples, "2017, section 4",
          precisions=("float64", "float32")),
+    _one(functions.initial_networks, "uniform", _network_samples, "2017, section 4",
+         precisions=("float64", "float32")),
+    _one(functions.initial_noise, "uniform", _noise_samples, "the 2016 code, search"),
     _one(functions.learning_rate, "epoch", _rate_samples, "2017, section 4"),
-    _one(functions.train_loss_network, "W0 b0", _loss_network_samples, "equation 3", **TRAINED),
+    _one(functions.train_loss_network, "W0 b0", _loss_network_samples, "equation 3", _bad_trainings,
+         **TRAINED),
     _one(functions.train_transformation_network, functions.T_NAMES, _transformation_samples,
          "equation 10", **TRAINED),
     _one(functions.style_search, "content style start We be Wd bd", _search_samples,
-         "the 2016 code", lambda: [], suffix="_2016", **TRAINED),
+         "the 2016 code", _bad_searches, suffix="_2016", **TRAINED),
     _one(functions.cluster_threshold, "ssd", _threshold_samples, "2006, section 4",
-         lambda: [Bad("more contents than fragments", (np.zeros((3, 3)),), "count", {"count": 4})]),
+         lambda: [Bad("more contents than fragments", (np.zeros((3, 3)),), "count", {"count": 4}),
+                  Bad("complex numbers", (np.zeros((3, 3)) + 0j,), "ssd", {"count": 2})]),
     _one(functions.best_pair, "coefficients styles Z Y", _pair_samples, "2006, equation 12",
          tolerance=1e7))

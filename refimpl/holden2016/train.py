@@ -5,7 +5,7 @@ epochs over CMU, HDM05, MHAD, Edinburgh's locomotion, xsens and the authors' own
 clips of the style transfer are not among them.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import time
 
 import numpy as np
@@ -19,7 +19,8 @@ RATE, EPOCHS = 1e-5, 100
 
 def train(X: np.ndarray, *, epochs: int = EPOCHS, batch: int = 1, rate: float = RATE,
           hidden: int = 256, width: int = 25, seed: int = 0, chance: bool = True,
-          shuffle: bool = True, state: State | None = None) -> Iterator[tuple[Record, State]]:
+          shuffle: bool = True, state: State | None = None,
+          draws: Callable = np.random.default_rng) -> Iterator[tuple[Record, State]]:
     """Minimise `network.autoencoder_loss` over windows.
 
     X : (N, 73, T) normalised, T even
@@ -29,6 +30,7 @@ def train(X: np.ndarray, *, epochs: int = EPOCHS, batch: int = 1, rate: float = 
     chance : False for neither dropout nor depooling by chance
     shuffle : False for the windows in their order
     state : to go on from, or to begin at
+    draws : makes the random numbers of an epoch, of a list of whole numbers
     ->  yields (Record, State) after each epoch; an epoch's chances depend on seed and epoch alone
     Raises ValueError, TrainingError when the loss is no longer finite.
     """
@@ -43,7 +45,7 @@ def train(X: np.ndarray, *, epochs: int = EPOCHS, batch: int = 1, rate: float = 
                               numbers=X.shape[1], dtype=X.dtype)
         state = State(params, nn.adam_start(params), 0)
     for epoch in range(state.epoch + 1, epochs + 1):
-        began, rng = time.perf_counter(), np.random.default_rng([seed, 16, epoch])
+        began, rng = time.perf_counter(), draws([seed, 16, epoch])
         params, adam = state.params, state.adam
         order = rng.permutation(len(X)) if shuffle else np.arange(len(X))
         costs, sizes = [], []

@@ -18,6 +18,7 @@ from ..nn.arguments import in_precision
 from ..nn.sums import wide_sum
 
 HIDDEN, WIDTH, CHANNELS = 256, 25, 128
+SPARSE = 0.01                                                    # alpha of equation 3
 DEPOOLING = ("random", "average")                  # while L learns; it runs with averages
 
 Params = Mapping[str, np.ndarray]
@@ -164,7 +165,7 @@ def even(X: np.ndarray, axis: int = -1) -> np.ndarray:
     return np.concatenate([X, X.take([-1], axis)], axis) if X.shape[axis] % 2 else X
 
 
-def autoencoder_loss(X: np.ndarray, params: Params, *, alpha: float = 0.01, mean: bool = True,
+def autoencoder_loss(X: np.ndarray, params: Params, *, alpha: float = SPARSE, mean: bool = True,
                      noisy: np.ndarray | None = None, chosen: np.ndarray | None = None) -> Any:
     r"""What the loss network learns by (Holden 2017, Equation 3):
 
@@ -180,7 +181,7 @@ def autoencoder_loss(X: np.ndarray, params: Params, *, alpha: float = 0.01, mean
     return nn.squared_error(again, X, reduction="mean" if mean else "sum") + sparsity
 
 
-def autoencoder_loss_backward(dloss: Any, X: np.ndarray, params: Params, *, alpha: float = 0.01,
+def autoencoder_loss_backward(dloss: Any, X: np.ndarray, params: Params, *, alpha: float = SPARSE,
                               mean: bool = True, noisy: np.ndarray | None = None,
                               chosen: np.ndarray | None = None) -> tuple[np.ndarray, Gradients]:
     """The tied filters W0 receive three gradients: from the encoder, from the decoder and from the

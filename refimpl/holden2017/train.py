@@ -16,8 +16,9 @@ import numpy as np
 from .. import nn
 from ..nn.adam import annealed
 from .trained import Manifold
-from .networks import (CHANNELS, DEPOOLING, HIDDEN, WIDTH, Found, Gradients, Params, Reconstruction,
-                       autoencoder_gradients, init_loss_network, init_transformation_network)
+from .networks import (SPARSE, CHANNELS, DEPOOLING, HIDDEN, WIDTH, Found, Gradients, Params,
+                       Reconstruction, autoencoder_gradients, init_loss_network,
+                       init_transformation_network)
 from .objective import EQUATION_10, Terms, Weights, style_gradients
 from .pairing import TrainingSet
 
@@ -56,11 +57,11 @@ def start_state(params: Params) -> State:
 
 
 def train_autoencoder(X: np.ndarray, *, epochs: int, batch: int = BATCH,
-                      rate: float = AUTOENCODER_RATE, alpha: float = 0.01, dropout: float = 0.02,
+                      rate: float = AUTOENCODER_RATE, alpha: float = SPARSE, dropout: float = 0.02,
                       depooling: str = "random", hidden: int = HIDDEN, width: int = WIDTH,
                       seed: int = 0, state: State | None = None,
                       gradients: Callable = autoencoder_gradients,
-                      ) -> Iterator[tuple[Record, State]]:
+                      draws: Callable = np.random.default_rng) -> Iterator[tuple[Record, State]]:
     r"""Train the loss network by equation 3.
 
     X : (N, 66, T) normalised windows, float32 or float64, T even
@@ -70,7 +71,8 @@ def train_autoencoder(X: np.ndarray, *, epochs: int, batch: int = BATCH,
     "average" (equation 2 as printed), with which it learns to jitter
     state : to go on from;  gradients : makes of alpha what each batch asks for, (params,
     `networks.Reconstruction`) -> losses, gradients; `fast.gradients.autoencoder_gradients` is
-    sooner   ->  yields (Record, State) after each epoch
+    sooner;  draws : makes the random numbers of an epoch, of a list of whole numbers
+    ->  yields (Record, State) after each epoch
     """
     if depooling not in DEPOOLING:
         raise ValueError(f"depooling: found {depooling!r}, needed {' or '.join(DEPOOLING)}")
@@ -87,20 +89,21 @@ def train_autoencoder(X: np.ndarray, *, epochs: int, batch: int = BATCH,
                   if depooling == "random" else None)
         return of_batch(params, Reconstruction(clean, noisy, chosen))
 
-    yield from _epochs(state, epochs, (seed, 1), len(X), batch, rate, step)
+    yield from _epochs(state, epochs, (seed, 1), len(X), batch, rate, step, draws)
 
 
 def train_style(training_set: TrainingSet, manifold: Manifold, *, epochs: int,
                 weights: Weights = Weights(), terms: Terms = EQUATION_10, batch: int = BATCH,
                 rate: float = RATE, channels: int = CHANNELS, width: int = WIDTH, seed: int = 0,
                 state: State | None = None, gradients: Callable = style_gradients,
-                ) -> Iterator[tuple[Record, State]]:
+                draws: Callable = np.random.default_rng) -> Iterator[tuple[Record, State]]:
     r"""Train a transformation network by the objective against a fixed loss network.
 
     weights : for the data's unit;  terms : of the objective (`objective.Term`);  state : to go on
     from;  gradients : makes, of the loss network, the normaliser's mean and standard deviation,
     weights and terms, what each batch asks for, (params, `objective.Batch`) -> losses, gradients;
-    `fast.gradients.style_gradients` is sooner   ->  yields (Record, State) after each epoch
+    `fast.gradients.style_gradients` is sooner;  draws : as for `train_autoencoder`
+    ->  yields (Record, State) after each epoch
     """
     X, normaliser = training_set.X, manifold.normaliser
     state = state or start_state(init_transformation_network(
@@ -112,15 +115,15 @@ def train_style(training_set: TrainingSet, manifold: Manifold, *, epochs: int,
         found, g = of_batch(params, training_set.batch(indices))
         return {"loss": sum(found.values()), **found}, g
 
-    yield from _epochs(state, epochs, (seed, 3), len(X), batch, rate, step)
+    yield from _epochs(state, epochs, (seed, 3), len(X), batch, rate, step, draws)
 
 
-def _epochs(state, epochs, seeds, count, size, rate, step):
+def _epochs(state, epochs, seeds, count, size, rate, step, draws):
     """The epochs that are left, each in a random order of its own, its last batch as small as it
     comes.   step : (params, indices, rng) -> losses, gradients
     """
     for epoch in range(state.epoch + 1, epochs + 1):
-        rng = np.random.default_rng([*seeds, epoch])
+        rng = draws([*seeds, epoch])
         record, state = run_epoch(state, epoch, rng.permutation(count), size,
                                   lambda params, indices: step(params, indices, rng),
                                   annealed(rate, epoch, epochs))

@@ -75,6 +75,7 @@ def matrix_to_euler(R: np.ndarray, order: str) -> np.ndarray:
                          "as Euler angles")
     i, j, k = (AXES.index(axis) for axis in order)
     s = 1.0 if (j - i) % 3 == 1 else -1.0
+    R = R if R.dtype.kind in "fc" else R.astype(float)
     cos_b = np.hypot(R[..., j, k], R[..., k, k])
     b = np.arctan2(s * R[..., i, k], cos_b)
     pole = cos_b < 1e-9

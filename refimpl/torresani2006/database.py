@@ -154,7 +154,16 @@ def random_blends(database: Database, count: int, rng: np.random.Generator,
         raise DatabaseError(
             "database: found no two fragments of one content, needed some to interpolate between")
     chosen = rng.choice(len(i), count, replace=count > len(i))
-    pairs, alpha = np.stack([i[chosen], j[chosen]], axis=1), rng.uniform(LOWEST, HIGHEST, count)
+    return blends_of(database, np.stack([i[chosen], j[chosen]], axis=1),
+                     rng.uniform(LOWEST, HIGHEST, count), report)
+
+
+def blends_of(database: Database, pairs: np.ndarray, alpha: np.ndarray,
+              report: Callable[[int], None] = lambda done: None) -> Blends:
+    """Blends of these pairs at these alphas, observed by the computed observer.
+
+    pairs : (M, 2) fragment numbers, alpha : (M,);  report : called with the number of blends done
+    """
     styles: list[np.ndarray] = []
     for (first, second), a in zip(pairs, alpha):
         blend = interpolate(database.fragments[first], database.fragments[second], a,
@@ -192,7 +201,12 @@ def train(database: Database, kind: str = "kernel ridge", *, blends: int = BLEND
     own interpolation (a choice).
     """
     rng = np.random.default_rng([seed, 3])
-    made = random_blends(database, blends, rng, report)
+    return train_on(random_blends(database, blends, rng, report), database, kind, components, rng)
+
+
+def train_on(made: Blends, database: Database, kind: str, components: int,
+             rng: np.random.Generator) -> tuple[StyleModel, PrincipalComponents]:
+    """The same on blends that are made already.   rng : deals the folds of cross-validation"""
     pca = fit_pca([fragment.angles for fragment in database.fragments],
                   min(components, len(database.fragments) - 1))
     styles = made.styles

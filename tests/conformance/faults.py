@@ -15,7 +15,7 @@ from refimpl.conformance.rivals import (adam_variant, epsilon_inside_the_root, f
                                         tie_split_equally, tie_to_all, tie_to_the_last)
 from refimpl.holden2017 import losses
 from refimpl.motion.joints import BONES
-from tests.conformance import faults_2016, faults_torresani, faults_whole
+from tests.conformance import faults_2016, faults_new, faults_torresani, faults_whole
 
 GOOD = reference().functions
 
@@ -311,7 +311,7 @@ FAULTS = (
     Fault("the second gradient with the sign of the first", "absolute_error_backward",
           changed("absolute_error_backward", lambda g, *a: -g, 1)),
     *(Fault(*fault) for fault in faults_2016.FAULTS + faults_torresani.FAULTS
-      + faults_whole.FAULTS),
+      + faults_whole.FAULTS + faults_new.FAULTS),
 )
 
 
@@ -328,8 +328,8 @@ def write_table(path, seeds=10):
     the report names.
     """
     lines = ["# Planted faults", "",
-             f"Each was planted in the reference alone and judged over {seeds} seeds. "
-             "`python -m tests.conformance.faults` makes this table again.", "",
+             f"Each was planted in the reference alone and judged over {seeds} seeds. `python -m "
+             f"tests.conformance.faults {seeds}` makes this table again.", "",
              "| fault | in | caught in | first caught by | the report says |",
              "| --- | --- | --- | --- | --- |"]
     for fault in FAULTS:
@@ -346,4 +346,4 @@ def write_table(path, seeds=10):
 
 if __name__ == "__main__":
     from pathlib import Path
-    write_table(Path(__file__).with_name("FAULTS.md"))
+    write_table(Path(__file__).with_name("FAULTS.md"), *map(int, sys.argv[1:2]))

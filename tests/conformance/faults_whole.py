@@ -4,7 +4,7 @@ place).
 
 import numpy as np
 
-from refimpl.conformance import functions_whole as ours
+from refimpl.conformance import functions_transfer, functions_whole as ours
 
 
 def of(function, number, change):
@@ -72,8 +72,8 @@ FAULTS = (
     ("whole: a clip frozen at its ends", "extended",
      lambda p, *, frames: np.pad(p, ((frames, frames), (0, 0), (0, 0)), mode="edge")),
     ("whole: what follows a clip a frame late", "extended",
-     lambda p, *, frames: ours.extended(p, frames=frames)[[*range(len(p) + frames), *range(
-         len(p) + frames - 1, len(p) + 2 * frames - 1)]]),
+     lambda p, *, frames: functions_transfer.extended(p, frames=frames)[
+         [*range(len(p) + frames), *range(len(p) + frames - 1, len(p) + 2 * frames - 1)]]),
     ("whole: forward and sideways exchanged", "motion_to_numbers",
      of(ours.motion_to_numbers, 0, lambda f, *a, **k: f[:, [*range(64), 65, 64]])),
     ("whole: a step before the turn", "numbers_to_motion",

@@ -24,7 +24,14 @@ ROUNDED = {
     **dict.fromkeys(("support_vector_regression", "predicted_style", "golden_section", "best_alpha",
                      "best_pair", "exponential_map", "rotation_vector", "effort_measures",
                      "continuous_exponential_maps", "motion_to_numbers", "numbers_to_motion",
-                     "motion_windows", "normaliser", "extended"), "the room computes in float64"),
+                     "motion_windows", "normaliser", "extended", "motion_to_rows_2016",
+                     "rows_to_motion_2016", "row_windows_2016", "row_normaliser_2016",
+                     "posed_joints", "observed_styles", "machine_errors", "machine_violation",
+                     "fitted_style", "joined_motions", "stylised_numbers", "projected_numbers",
+                     "fitted_weights", "euler_to_matrix", "matrix_to_euler", "matrix_to_quaternion",
+                     "quaternion_to_matrix", "slerp", "smooth_rotations", "shortest_rotation",
+                     "scaled_numbers", "path_error", "path_length", "initial_networks",
+                     "initial_noise"), "the room computes in float64"),
     "cluster_threshold": "SciPy's squareform takes the fractions' memory for floats: not called"}
 
 

@@ -1,0 +1,163 @@
+"""The reference for what is done with trained networks, as functions of arrays alone: a motion
+through both networks of 2017, its projection, how a clip goes on beyond its ends before that, and
+this package's search of 2016 on the network of 2017.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..holden2016 import own
+from ..holden2017 import networks, objective, transfer
+from ..holden2017.trained import Manifold, Style
+from ..motion import extend
+from ..motion.windows import Normaliser
+from .functions_holden import T_NAMES
+
+
+def manifold_of(W0: np.ndarray, b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray,
+                leg: float = objective.LEG, bones: Any = None, form: str = "groups") -> Manifold:
+    """A trained loss network of arrays alone."""
+    return Manifold({"W0": W0, "b0": b0}, Normaliser(mean, deviation, "these", form), leg, bones)
+
+
+def stylised_numbers(features: np.ndarray, *arrays: np.ndarray, W0: np.ndarray, b0: np.ndarray,
+                     mean: np.ndarray, deviation: np.ndarray,
+                     projected: bool = True) -> np.ndarray:
+    """`project` of `transform` of (features - mean) / deviation, one clip, and back; without the
+    projection where it is not asked for.
+
+    features : (T, 66);  W1 ... b3 : as for `transform`   ->  (T, 66)
+    """
+    style = Style(dict(zip(T_NAMES.split(), arrays)), manifold_of(W0, b0, mean, deviation), "style",
+                  {})
+    return transfer.stylise(features, style, projected=projected)
+
+
+def projected_numbers(features: np.ndarray, W0: np.ndarray, b0: np.ndarray, *, mean: np.ndarray,
+                      deviation: np.ndarray) -> np.ndarray:
+    """The mean of `project` of the normalised features and of the same with the first frame doubled
+    before and dropped after, and back: of both ways to take frames in pairs.
+
+    features : (T, 66)   ->  (T, 66)
+    """
+    return transfer.project_features(features, manifold_of(W0, b0, mean, deviation))
+
+
+def fitted_weights(leg: np.ndarray, *, hidden: int = 256, reading: str = "norm") -> np.ndarray:
+    """The weights of `total_loss` where a leg has another length than the 80 that they are for,
+    and the loss network other than 256 units: foot, bone and trajectory times (leg / 80)^-2,
+    and, for mean_squares, times 256 / hidden; 10,000 times (leg / 80)^2.
+
+    leg : (L,)   ->  (L, 6): content, style, foot, bone, trajectory, squared lengths for a squared
+    radian
+    """
+    fitted = [objective.WEIGHTS[reading].fitted(float(length), hidden) for length in leg]
+    return np.array([[getattr(w, name) for name in objective.WEIGHED] for w in fitted])
+
+
+def decode_untied(H: np.ndarray, V0: np.ndarray, c0: np.ndarray, *,
+                  chosen: np.ndarray | None = None) -> np.ndarray:
+    """Equation 2 with filters and biases of its own:   X = conv_transpose1d(avg_depool1d(H, 2), V0)
+    + c0
+
+    H : (N, m, U), V0 : (m, C, K), c0 : (C,);  chosen : as for `decode`   ->  (N, C, 2 U)
+    """
+    return networks.decode(H, {"V0": V0, "c0": c0}, chosen=chosen)
+
+
+def decode_untied_backward(dX: np.ndarray, H: np.ndarray, V0: np.ndarray, c0: np.ndarray, *,
+                           chosen: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+    """dX : (N, C, 2 U)  ->  dH (N, m, U), dV0 (m, C, K), dc0 (C,)"""
+    dH, found = networks.decode_backward(dX, H, {"V0": V0, "c0": c0}, chosen=chosen)
+    return dH, found["V0"], found["c0"]
+
+
+def hidden_loss(H: np.ndarray, *, content: np.ndarray, gram: np.ndarray,
+                style: float) -> np.ndarray:
+    """`style_loss` with s = style plus `content_loss` with c = 1 - style, as means of squares.
+
+    H, content : (N, m, U), gram : (N, m, m)   ->  (N,)
+    """
+    return own.hidden_loss(H, content, gram, style=style)
+
+
+def hidden_loss_backward(dloss: np.ndarray, H: np.ndarray, *, content: np.ndarray,
+                         gram: np.ndarray, style: float) -> np.ndarray:
+    """dloss : (N,)  ->  dH (N, m, U)"""
+    return own.hidden_loss_backward(dloss, H, content, gram, style=style)
+
+
+def decoded_loss(H: np.ndarray, *, contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray,
+                 W0: np.ndarray, b0: np.ndarray, mean: np.ndarray,
+                 deviation: np.ndarray) -> np.ndarray:
+    """Foot, bone and trajectory of `total_loss` (mean_squares) of decode(H) deviation + mean.
+
+    H : (N, m, U);  contacts ... deviation : as for `total_loss`   ->  (N,)
+    """
+    return own.decoded_loss(H, _target(contacts, bones, trajectory), {"W0": W0, "b0": b0}, mean,
+                            deviation)
+
+
+def decoded_loss_backward(dloss: np.ndarray, H: np.ndarray, *, contacts: np.ndarray,
+                          bones: np.ndarray, trajectory: np.ndarray, W0: np.ndarray,
+                          b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """dloss : (N,)  ->  dH (N, m, U)"""
+    return own.decoded_loss_backward(dloss, H, _target(contacts, bones, trajectory),
+                                     {"W0": W0, "b0": b0}, mean, deviation)
+
+
+def _target(contacts, bones, trajectory):
+    nothing: Any = None                                          # is read of the input
+    return objective.Batch(nothing, None, contacts, bones, trajectory)
+
+
+def style_search_on_2017(features: np.ndarray, contacts: np.ndarray, exemplar: np.ndarray, *,
+                         W0: np.ndarray, b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray,
+                         bones: np.ndarray, leg: float, form: str = "groups",
+                         style: float | None = None, iterations: int = own.Settings.iterations,
+                         rate: float = own.Settings.rate,
+                         constraint_iterations: int = own.Settings.constraint_iterations,
+                         constraint_rate: float = own.Settings.constraint_rate) -> np.ndarray:
+    """This package's form of the search of 2016, on the network of 2017 and from the content. X is
+    (features - mean) / deviation, an odd last frame doubled; C = encode(X); the exemplar's odd last
+    frame is left out (a single one doubled), and gram is its `style_target` for as many frames as
+    C has.
+
+    1. H from C, down `hidden_loss` with C, gram and style, unless given 0.003 for the form "groups"
+       and 1/11 for "2016".
+    2. The path: turning, forward and sideways velocity of the content, the two velocities times the
+       mean length of both of decode(H) in units over that of the content (where this is 0, times
+       1).
+    3. H from encode(decode(H)), down foot, bone and trajectory of equation 10 of decode(H) in
+       units, with the weights 0.001, 0.001 and 0.5 of `fitted_weights` ("norm", for this leg), the
+       contacts, the bones and the path.
+    4. decode(H) in units, with the path.
+    Adam as in `train_loss_network`, each rate falling as `learning_rate` does, a step an epoch.
+
+    features : (T, 66), contacts : (T, 4), exemplar : (T_e, 66);  bones : (20,)   ->  (T, 66)
+    """
+    settings: Any = own.Settings(style, "content", iterations, rate, constraint_iterations,
+                                 constraint_rate)
+    return own.optimise(features, contacts, [exemplar],
+                        manifold_of(W0, b0, mean, deviation, leg, bones, form), settings=settings)
+
+
+def extended(positions: np.ndarray, *, frames: int) -> np.ndarray:
+    """The clip with so many frames more after it, and before it the same told backwards.
+
+    A frame is told by 42 vectors: its joints as seen from under the hips, facing ahead (across =
+    (LeftArm - RightArm) + (LeftUpLeg - RightUpLeg) turned to +x), and 5 times their speeds seen so
+    (np.gradient, then the mean of three frames, the ends repeated). Of frames 0 ... T - frames - 2
+    the one nearest to the last, by the root mean square of distances, is the source: what follows
+    it is turned and set down so that its hips face and stand where the last frame's do; k frames on
+    (1 - e(k / 20)) times the jump from there to the last frame is added,
+
+        e(u) = 6 u^5 - 15 u^4 + 10 u^3,   1 from u = 1 on.
+
+    Where the nearest is farther than 0.15 legs, or T < frames + 3, the clip comes to rest:
+    last + 3 e(k / 12) times the mean of its last three steps.
+
+    positions : (T, 21, 3), y up   ->  (T + 2 frames, 21, 3)
+    """
+    return extend.extended(positions, frames)
