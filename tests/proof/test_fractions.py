@@ -31,7 +31,7 @@ ROUNDED = {
                      "fitted_weights", "euler_to_matrix", "matrix_to_euler", "matrix_to_quaternion",
                      "quaternion_to_matrix", "slerp", "smooth_rotations", "shortest_rotation",
                      "scaled_numbers", "path_error", "path_length", "initial_networks",
-                     "initial_noise"), "the room computes in float64"),
+                     "initial_noise", "motion_to_poses"), "the room computes in float64"),
     "cluster_threshold": "SciPy's squareform takes the fractions' memory for floats: not called"}
 
 
