@@ -11,8 +11,8 @@ import pytest
 from refimpl import nn
 from refimpl.cli import parser
 from refimpl.conformance import OPERATIONS, cases, judge_all
-from refimpl.conformance.prove import prove_operation
 from refimpl.conformance.specification import Operation, Sample
+from refimpl.conformance.verify import verify_operation
 from refimpl.embedded import walkers
 from refimpl.holden2017.objective import EQUATION_10
 from refimpl.motion import joints
@@ -49,10 +49,10 @@ def specified(backward):
     return Operation("elu", ("x",), elu, backward, elu_in_loops, samples, equation="elu")
 
 
-def test_a_new_operation_is_proved_and_a_fault_in_it_is_caught(monkeypatch):
+def test_a_new_operation_is_verified_and_a_fault_in_it_is_caught(monkeypatch):
     for backward, right in ((elu_backward, True), (lambda dy, x: dy.copy(), False)):
         monkeypatch.setitem(OPERATIONS, "elu", specified(backward))
-        assert (prove_operation(OPERATIONS["elu"]).failures == ()) == right
+        assert (verify_operation(OPERATIONS["elu"]).failures == ()) == right
     monkeypatch.setitem(OPERATIONS, "elu", specified(elu_backward))
     outcomes = list(judge_all({"elu": lambda x: np.maximum(x, 0)}, cases(operations=["elu"])))
     assert any(outcome.status == "failed" for outcome in outcomes)

@@ -7,6 +7,7 @@ and `refimpl check mymodule:BACKEND` judges them, values and gradients.
 """
 
 from collections.abc import Callable
+from contextlib import contextmanager
 import inspect
 from typing import Any
 
@@ -15,10 +16,10 @@ import torch
 from torch.func import functional_call
 
 from ..conformance import OPERATIONS
-from ..conformance.adapted import adapted
+from ..conformance.adapted import adapted, example
 
 
-def backend(*, device: Any = "cpu", dtype: torch.dtype | None = None,
+def backend(*, device: Any = "cpu", dtype: torch.dtype | str | None = None,
             **functions: Any) -> dict[str, Any]:
     """A mapping for `refimpl check`: operations, and their gradients by autograd.
 
@@ -29,22 +30,27 @@ def backend(*, device: Any = "cpu", dtype: torch.dtype | None = None,
     - a module, whose parameters, in their own order, are set from the operation's last arguments
       (W0 and b0 of `encode`) and have their gradients returned; what stands before them goes in.
 
+    Tensors lie in memory as the arrays do, where PyTorch can have them so.
     NAME_backward=function takes the upstream gradient and the same arguments, where autograd has
     none; lacks=, tolerances= are declared as they are
     device : where the tensors lie;  dtype : what floating-point arrays are rounded to on their way
     in, for half precision; its results come back in float32
     ->  {name: function of NumPy arrays};  "lacks" has float64 where the device or dtype has none
-    Raises ValueError for a name that is no operation.
+    Raises ValueError for a name that is no operation, a device that is not there, and a module
+    whose parameters cannot stand for the arguments or that answers by chance.
 
     >>> made = backend(gram=lambda h: h @ h.mT)
     >>> made["gram_backward"](np.ones((1, 1, 1)), np.full((1, 1, 2), 3.0))
     array([[[6., 6.]]])
     """
+    dtype = getattr(torch, dtype) if isinstance(dtype, str) else dtype
+
     def _enter(value):
         if not isinstance(value, (np.ndarray, np.generic)):
             return value
-        tensor = torch.from_numpy(np.array(value, order="C"))    # any strides, read-only or not
-        return tensor.to(device, dtype if tensor.is_floating_point() else None)
+        tensor = torch.from_numpy(np.array(value, order="C"))
+        tensor = tensor.to(device, dtype if tensor.is_floating_point() else None)
+        return _copied(tensor, [step // value.itemsize for step in value.strides])
 
     def _leave(result):
         if isinstance(result, (tuple, list)):
@@ -69,7 +75,8 @@ def backend(*, device: Any = "cpu", dtype: torch.dtype | None = None,
 
         def _call(*arguments, **attributes):
             tensors, options = _entered(arguments, attributes)
-            result = _leave(function(*tensors, **options))
+            with _refusing_layouts(*tensors, *options.values()):
+                result = _leave(function(*tensors, **options))
             _tell_changes((*arguments, *attributes.values()), (*tensors, *options.values()))
             return result
         return _call
@@ -81,11 +88,15 @@ def backend(*, device: Any = "cpu", dtype: torch.dtype | None = None,
             (upstream, *tensors), options = _entered(arguments, attributes)
             wanted = {i: t.requires_grad_() for i, t in enumerate(tensors[:count])
                       if isinstance(t, torch.Tensor)}
-            with torch.enable_grad():
-                tensors = [t.clone() if i in wanted else t for i, t in enumerate(tensors)]
+            with torch.enable_grad(), _refusing_layouts(upstream, *tensors, *options.values()):
+                tensors = [_Handed.apply(t) if i in wanted else t for i, t in enumerate(tensors)]
                 y = function(*tensors, **options)
-            found = dict(zip(wanted, torch.autograd.grad(y, [*wanted.values()], upstream,
-                                                         materialize_grads=True)))
+                if not (isinstance(y, torch.Tensor) and y.requires_grad):
+                    raise ValueError(f"{name}: found an answer that autograd cannot follow, needed "
+                                     "a tensor with no torch.no_grad, detach or NumPy on its way; "
+                                     f"or give a gradient of your own, {name}_backward=")
+                found = dict(zip(wanted, torch.autograd.grad(y, [*wanted.values()], upstream,
+                                                             materialize_grads=True)))
             gradients = tuple(_leave(found.get(i)) for i in range(count))
             _tell_changes((*arguments, *attributes.values()),
                           (upstream, *tensors, *options.values()))
@@ -95,9 +106,52 @@ def backend(*, device: Any = "cpu", dtype: torch.dtype | None = None,
     return adapted(functions, _forward, _backward, _lacking(device, dtype))
 
 
+def _copied(tensor, strides):
+    """A copy that lies in memory by these strides; packed, or one element for many, where PyTorch
+    cannot write by them.
+    """
+    if any(step < 0 for step in strides):
+        return tensor.clone(memory_format=torch.contiguous_format)
+    one = tuple(slice(0, 1) if step == 0 else slice(None) for step in strides)
+    if tensor[one].shape != tensor.shape:
+        return tensor[one].clone().expand(tensor.shape)
+    return torch.empty_strided(tensor.shape, strides, dtype=tensor.dtype,
+                               device=tensor.device).copy_(tensor)
+
+
+@contextmanager
+def _refusing_layouts(*given):
+    """Whatever PyTorch does not take it calls a RuntimeError: a layout that a function refuses is
+    a ValueError here, as for any backend.
+    """
+    try:
+        yield
+    except RuntimeError as error:
+        if type(error) is not RuntimeError or all(       # NotImplementedError is one as well
+                t.is_contiguous() for t in given if isinstance(t, torch.Tensor)):
+            raise
+        raise ValueError(f"refused tensors that are not contiguous: {error}") from error
+
+
+class _Handed(torch.autograd.Function):
+    """A copy that may be written into: a leaf may not."""
+
+    @staticmethod
+    def forward(ctx: Any, tensor: torch.Tensor) -> torch.Tensor:
+        return _copied(tensor, tensor.stride())
+
+    @staticmethod
+    def backward(ctx: Any, upstream: torch.Tensor) -> torch.Tensor:
+        return upstream
+
+
 def _lacking(device, dtype):
     """["float64"] where there is none, [] where there is."""
-    torch.zeros(1, device=device)                                # raises where there is no device
+    try:
+        torch.zeros(1, device=device)
+    except (RuntimeError, AssertionError) as error:
+        raise ValueError(f"device: found {device!r}, needed one that PyTorch has here; it says: "
+                         f"{error}") from error
     try:
         torch.zeros(1, dtype=torch.float64, device=device)
     except (TypeError, RuntimeError):
@@ -131,12 +185,25 @@ def _of_autograd(function):
 
 def _of_module(name, module):
     """The module as a function of its inputs and parameters; buffers go where the inputs are."""
-    parameters = [key for key, _ in module.named_parameters()]
-    known = OPERATIONS[name].arguments if name in OPERATIONS else ()
-    if len(parameters) > len(known):
-        raise ValueError(f"{name}: found a module of {len(parameters)} parameters "
-                         f"({', '.join(parameters)}), needed at most those of the operation: "
-                         f"{', '.join(known)}")
+    parameters = dict(module.named_parameters())
+    inputs = example(OPERATIONS[name]) if name in OPERATIONS else ()
+    try:
+        inspect.signature(module.forward).bind(*inputs[:len(inputs) - len(parameters)])
+        fits = [p.ndim for p in parameters.values()] == [
+            np.ndim(x) for x in inputs[len(inputs) - len(parameters):]]
+    except TypeError:
+        fits = False
+    if not fits:
+        raise ValueError(f"{name}: found a module of {len(parameters)} parameters ("
+                         + ", ".join(f"{key} {(*p.shape,)}" for key, p in parameters.items())
+                         + "), needed those that stand for the last of "
+                         f"{', '.join(OPERATIONS[name].arguments)}, in this order, and a forward "
+                         "of what stands before them; or give a function that calls the module")
+    chance = [key for key, m in module.named_modules()
+              if m.training and isinstance(m, torch.nn.modules.dropout._DropoutNd)]
+    if chance:
+        raise ValueError(f"{name}: found dropout in training mode ({', '.join(chance)}), needed "
+                         "a module that answers alike twice; call its eval()")
 
     def _apply(*arguments, **attributes):
         cut = len(arguments) - len(parameters)

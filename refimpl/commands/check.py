@@ -18,12 +18,12 @@ from ..conformance.cases import PROFILES, known_operation
 from ..conformance.explain import explain, listed
 from ..conformance.golden import export, read_folder
 from ..conformance.program import judge_program
-from ..conformance.prove import prove
 from ..conformance.recompute import objections
-from ..conformance.report import (failures, idle_patterns, last_line, misspelt, proof_table, row,
-                                  table, verdict, write_junit)
+from ..conformance.report import (failures, idle_patterns, last_line, misspelt, row, table, verdict,
+                                  verification_table, write_junit)
 from ..conformance.schema import PROTOCOL
 from ..conformance.stub import HEADS, stub
+from ..conformance.verify import verify
 from .options import (InputFolder, InputPath, OutputFolder, OutputPath, number, whole,
                       write_report)
 
@@ -127,7 +127,7 @@ def run_check(arguments: argparse.Namespace) -> int:
                              "are what they are; leave it out")
         return _judge(arguments, *_golden_cases(arguments.golden, operations))
     if arguments.backend is None and arguments.command is None:
-        return _prove(arguments, arguments.seed or 0, operations)
+        return _verify(arguments, arguments.seed or 0, operations)
     for name in operations or ():
         known_operation(name)
     return _judge(arguments, None, [], operations)
@@ -228,24 +228,24 @@ def _complaint(words):
             "status": "failed", "message": words}
 
 
-def _prove(arguments, seed, operations):
+def _verify(arguments, seed, operations):
     for option in ("xfail", "junit", "require", "profile"):
         if getattr(arguments, option) is not None:
             raise ValueError(f"--{option}: found it without a backend or --golden, of which it "
                              "speaks; leave it out")
     cases(seed=seed, operations=operations)             # refuses an unknown name before any work
-    proofs = []
-    for proof in prove(seed=seed, operations=operations):
-        proofs.append(proof)
-        said = "agrees" if not proof.failures else f"{len(proof.failures)} failures"
-        print(f"{proof.operation}: {said}", file=sys.stderr)
-    wrong = [failure for proof in proofs for failure in proof.failures]
+    found = []
+    for one in verify(seed=seed, operations=operations):
+        found.append(one)
+        said = "agrees" if not one.failures else f"{len(one.failures)} failures"
+        print(f"{one.operation}: {said}", file=sys.stderr)
+    wrong = [failure for one in found for failure in one.failures]
     said = "disagrees" if wrong else "agrees"
     print("\n".join([
-        *proof_table(proofs), *wrong, "",
+        *verification_table(found), *wrong, "",
         f"verdict: {said} (the reference with its second derivation, the gradient instruments and "
         "its own cases)"]))
-    _write(arguments, reference(), [row for proof in proofs for row in proof.rows], said)
+    _write(arguments, reference(), [row for one in found for row in one.rows], said)
     return 1 if wrong else 0
 
 

@@ -8,7 +8,7 @@ against itself.
 - `cases`: what is tried.   `backend`: who is tried.   `judge`: the verdict.
   `report`: for people and for machines.
 - `stub`: a backend to fill in.   `adapted`: another library's functions as one.
-- `prove`: the reference against its second derivation and the instruments of `gradcheck`.
+- `verify`: the reference against its second derivation and the instruments of `gradcheck`.
 - `golden`: inputs and outputs as files for readers without Python.
 - `strategies`: hypothesis strategies of valid inputs (imported by name only; needs hypothesis).
 """

@@ -45,5 +45,13 @@ def differentiated(operation: Operation) -> int:
     >>> differentiated(OPERATIONS["foot_loss"]), differentiated(OPERATIONS["conv1d"])
     (1, 3)
     """
-    inputs = operation.samples(generator(operation, 0))[0].inputs
-    return sum(isinstance(x, np.ndarray) and x.dtype.kind == "f" for x in inputs)
+    return sum(isinstance(x, np.ndarray) and x.dtype.kind == "f" for x in example(operation))
+
+
+def example(operation: Operation) -> tuple:
+    """The arguments of an operation's first sample.
+
+    >>> [x.shape for x in example(OPERATIONS["gram"])]
+    [(2, 3, 5)]
+    """
+    return operation.samples(generator(operation, 0))[0].inputs

@@ -32,17 +32,17 @@ def table(outcomes: Sequence[Any]) -> list[str]:
     return columns(rows)
 
 
-def proof_table(proofs: Sequence[Any]) -> list[str]:
-    """The reference's own table.   list of Proof  ->  list of str"""
+def verification_table(found: Sequence[Any]) -> list[str]:
+    """The reference's own table.   list of Verification  ->  list of str"""
     rows = [["operation", "values", "gradients", "contract", "cases", "failed",
              "largest difference"]]
-    for p in proofs:
+    for p in found:
         counted = (p.values, p.gradients, p.contracts, p.cases, len(p.failures))
         rows.append([p.operation, *map(str, counted), f"{p.difference:.1e}"])
-    total = [sum(getattr(p, key) for p in proofs)
+    total = [sum(getattr(p, key) for p in found)
              for key in ("values", "gradients", "contracts", "cases")]
-    rows.append(["all", *map(str, total), str(sum(len(p.failures) for p in proofs)),
-                 f"{max(p.difference for p in proofs):.1e}"])
+    rows.append(["all", *map(str, total), str(sum(len(p.failures) for p in found)),
+                 f"{max(p.difference for p in found):.1e}"])
     return columns(rows)
 
 

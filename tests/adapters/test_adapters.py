@@ -167,8 +167,10 @@ def test_what_is_written_into_an_argument_is_told(torch_backend):
     for way in ("forward", "backward"):
         message = judge(case(f"relu/plain/{way}/float64"), made).message
         assert f"relu/plain/{way}/float64: changed its argument x" in message
+    frozen = np.full(2, -1.0)
+    frozen.flags.writeable = False
     with pytest.raises(ValueError, match="read-only"):
-        made["relu"](np.broadcast_to(-1.0, (2,)))
+        made["relu"](frozen)
 
 
 def test_gradients_are_made_where_the_program_switched_them_off(torch, torch_backend):
@@ -241,8 +243,6 @@ def test_what_is_no_function_is_refused(torch, torch_backend):
         torch_backend(gram=torch.nn.Linear)
     with pytest.raises(ValueError, match="encode: found a module of 4 parameters .*X, W0, b0"):
         torch_backend(encode=torch.nn.Sequential(torch.nn.Linear(1, 1), torch.nn.Linear(1, 1)))
-    with pytest.raises((AssertionError, RuntimeError)):
-        torch_backend(gram=lambda h: h, device="no such device")
 
 
 def test_a_module_keeps_its_own_parameters_and_its_buffers_follow(torch, torch_backend):

@@ -57,7 +57,7 @@ BACKEND = backend(
     conv1d=conv1d, conv_transpose1d=conv_transpose1d, max_pool1d=max_pool1d, avg_pool1d=avg_pool1d,
     max_pool1d_indices=lambda *x, **k: max_pool1d(*x, **k, return_indices=True)[1],
     max_unpool1d=lambda h, indices, length: F.max_unpool1d(
-        h, indices, length - h.shape[2] + 1, 1, 0, (length,)),
+        h, indices.long(), length - h.shape[2] + 1, 1, 0, (length,)),
     avg_depool1d=lambda h, width=2: F.interpolate(h, scale_factor=width) / width,
     relu=torch.relu, gram=lambda h: h @ h.mT, l1=lambda a: a.abs().sum(),
     norm=lambda r: torch.linalg.vector_norm(clips(r), dim=1),

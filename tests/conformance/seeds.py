@@ -5,7 +5,7 @@ tests.conformance.seeds 1000`
 import sys
 
 from refimpl.conformance import cases, judge_all, reference
-from refimpl.conformance.prove import prove
+from refimpl.conformance.verify import verify
 
 
 def false_alarms(seeds):
@@ -22,8 +22,8 @@ def false_alarms(seeds):
 
 def false_alarms_of_the_instruments(seeds):
     """The same for the second derivation and the gradient instruments."""
-    return [f"seed {seed}: {failure}" for seed in seeds for proof in prove(seed=seed)
-            for failure in proof.failures]
+    return [f"seed {seed}: {failure}" for seed in seeds for found in verify(seed=seed)
+            for failure in found.failures]
 
 
 if __name__ == "__main__":

@@ -14,8 +14,8 @@ from refimpl.cli import main
 from refimpl.conformance import (BackendError, as_backend, case, cases, judge, judge_all,
                                  load_backend, reference, rivals)
 from refimpl.conformance.golden import export, read_folder
-from refimpl.conformance.prove import prove
 from refimpl.conformance.strategies import clips, conv1d_inputs, pool_inputs
+from refimpl.conformance.verify import verify
 from tests.conformance import attributions
 from tests.conformance.faults import FAULTS, GOOD, caught_by
 
@@ -26,10 +26,10 @@ def test_the_unharmed_reference_passes(seed):
               if o.status != "passed"] == []))
 
 
-def test_the_reference_is_proved_by_its_second_derivation():
-    for proof in prove(seed=1):
-        assert proof.failures == (), proof.failures
-        assert proof.cases > 0 and proof.values > 0
+def test_the_reference_agrees_with_its_second_derivation():
+    for found in verify(seed=1):
+        assert found.failures == (), found.failures
+        assert found.cases > 0 and found.values > 0
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -186,13 +186,13 @@ def test_the_command_judges_a_backend(tmp_path, capsys, monkeypatch):
     assert main([*arguments, "--xfail", "known.txt"]) == 0
 
 
-def test_the_command_proves_and_exports(tmp_path, capsys):
-    assert main(["check", "--operations", "gram,norm", "--json", str(tmp_path / "proof.json")]) == 0
+def test_the_command_verifies_and_exports(tmp_path, capsys):
+    assert main(["check", "--operations", "gram,norm", "--json", str(tmp_path / "found.json")]) == 0
     assert "largest difference" in capsys.readouterr().out
-    proof = json.loads((tmp_path / "proof.json").read_text())
-    assert (proof["verdict"] == "agrees" and {"gram/plain/definition", "gram/plain/gradient",
+    found = json.loads((tmp_path / "found.json").read_text())
+    assert (found["verdict"] == "agrees" and {"gram/plain/definition", "gram/plain/gradient",
                                               "gram/plain/contract", "gram/plain/forward/float64"}
-            <= {row["case"] for row in proof["rows"]})
+            <= {row["case"] for row in found["rows"]})
     assert main(["export", str(tmp_path / "golden"), "--operations", "gram"]) == 0
     assert main(["check", "--golden", str(tmp_path / "golden")]) == 0
     assert "22 of 22 golden vectors agree" in capsys.readouterr().out

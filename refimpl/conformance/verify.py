@@ -30,7 +30,7 @@ ELEMENTS = 8                   # of a gradient; of a larger one a sample, and al
 
 
 @dataclass(frozen=True)
-class Proof:
+class Verification:
     """One operation's verdict: how many checks of each kind were made, the largest difference of
     its values, what failed, and a row for each check (`report.row`'s keys)."""
 
@@ -44,21 +44,21 @@ class Proof:
     rows: tuple[dict[str, Any], ...] = ()
 
 
-def prove(*, seed: int = 0, operations: Iterable[str] | None = None) -> Iterator[Proof]:
+def verify(*, seed: int = 0, operations: Iterable[str] | None = None) -> Iterator[Verification]:
     """Hold the operations one after the other against what knows nothing of them.
 
-    operations : names, all unless given   ->  yields Proof
+    operations : names, all unless given   ->  yields Verification
 
-    >>> proof, = prove(operations=["gram"])
-    >>> proof.failures, proof.cases
+    >>> found, = verify(operations=["gram"])
+    >>> found.failures, found.cases
     ((), 48)
     """
     for name in operations or OPERATIONS:
-        yield prove_operation(OPERATIONS[name], seed)
+        yield verify_operation(OPERATIONS[name], seed)
 
 
-def prove_operation(operation: Operation, seed: int = 0) -> Proof:
-    """The Proof of one operation."""
+def verify_operation(operation: Operation, seed: int = 0) -> Verification:
+    """The Verification of one operation."""
     made = {"definition": 0, "gradient": 0, "contract": 0, "terms": 0}
     difference, failures, rows = 0.0, [], []
 
@@ -99,8 +99,8 @@ def prove_operation(operation: Operation, seed: int = 0) -> Proof:
     chosen = cases(seed=seed, operations=[operation.name], profile="small")
     outcomes = list(judge_all(reference(), chosen))
     failures += [outcome.message for outcome in outcomes if outcome.status != "passed"]
-    return Proof(operation.name, made["definition"], made["gradient"], made["contract"],
-                 len(outcomes), difference, tuple(failures), (*rows, *map(row, outcomes)))
+    return Verification(operation.name, made["definition"], made["gradient"], made["contract"],
+                        len(outcomes), difference, tuple(failures), (*rows, *map(row, outcomes)))
 
 
 def too_light(terms: Mapping[str, float]) -> tuple[str, ...]:
