@@ -10,6 +10,8 @@ import re
 from typing import Any
 
 from .. import __version__
+from ..motion.clip import POSITIONS_MEAN
+from ..motion.joints import read_mapping
 from ..storage import atomic_write, is_special
 
 
@@ -58,6 +60,22 @@ def pattern(text: str) -> str:
         raise argparse.ArgumentTypeError(
             f"found {text!r} ({error}), needed a regular expression") from None
     return text
+
+
+def add_reading(command: argparse.ArgumentParser) -> None:
+    """Add the options that say how a clip is to be read."""
+    command.add_argument("--mapping", metavar="FILE.csv", type=InputPath,
+                         help="lines slot,joint for what is not found as it should be")
+    command.add_argument("--rate", metavar="FPS", type=number(above=0),
+                         help="frames a second of the clip, where its Frame Time is wrong")
+    command.add_argument("--positions", choices=POSITIONS_MEAN, default=POSITIONS_MEAN[0],
+                         help="what position channels do to the OFFSET (default: %(default)s)")
+
+
+def reading(arguments: argparse.Namespace) -> tuple[dict[str, str] | None, dict[str, Any]]:
+    """What these options say.   ->  {slot: joint} or None, options of `motion.body.read_clip`"""
+    overrides = read_mapping(arguments.mapping) if arguments.mapping else None
+    return overrides, {"rate": arguments.rate, "positions": arguments.positions}
 
 
 class InputPath(str):

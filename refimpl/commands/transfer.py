@@ -13,8 +13,10 @@ from ..holden2017.transfer import transfer
 from ..motion.body import carries_hips, guess_unit, read_take, standing_height
 from ..motion.bvh import write_bvh
 from ..motion.features import bone_lengths, path_length
-from ..motion.joints import SLOT, MappingError, read_mapping
-from .options import InputPath, OutputPath, check_ending, number, whole, write_report
+from ..motion.clip import plus_offsets
+from ..motion.joints import SLOT, MappingError
+from .options import (InputPath, OutputPath, add_reading, check_ending, number, reading, whole,
+                      write_report)
 
 DESCRIPTION = """A clip in another style, on its own skeleton, at 60 frames a second: by a trained
 network (the system of 2017), or by an optimisation that needs no training for a new style (that of
@@ -34,8 +36,7 @@ def add_commands(commands: Any) -> None:
                          help="what `refimpl train-style` wrote")
     command.add_argument("clip", metavar="CLIP.bvh", nargs="?", type=InputPath, help="the content")
     command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputPath, required=True)
-    command.add_argument("--mapping", metavar="FILE.csv", type=InputPath,
-                         help="lines slot,joint for a skeleton with other names")
+    add_reading(command)
     command.add_argument("--raw", action="store_true",
                          help="what the method gives as it is, jitter and sliding feet included")
     command.add_argument("--no-projection", action="store_true",
@@ -84,7 +85,7 @@ def run(arguments: argparse.Namespace) -> None:
     optimised = arguments.method == "optimise"
     content = _check_method(arguments)
     check_ending(arguments.output, ".bvh")
-    overrides = read_mapping(arguments.mapping) if arguments.mapping else None
+    overrides, how = reading(arguments)
     if optimised:
         network = (bridge.read(arguments.network, arguments.preprocess)
                    if arguments.network else None)
@@ -94,13 +95,14 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         style = load_style(arguments.style_file)
         name = repr(style.name)
-    take = read_take(content, overrides)
+    take = read_take(content, overrides, **how)
     if optimised:
         result = _optimise(arguments, take, exemplars, manifold, network)
     else:
         result = transfer(take, style, projected=not arguments.no_projection,
                           clean=not arguments.raw, own_pace=arguments.own_pace, networks=networks)
-    write_bvh(arguments.output, result.clip)
+    write_bvh(arguments.output, plus_offsets(result.clip, -1.0) if arguments.positions == "add"
+              else result.clip)
     unit = guess_unit(standing_height(bone_lengths(take.positions)))
     # The distance between the paths that were written and read.
     apart = np.linalg.norm((result.positions - take.positions)[:, SLOT["Hips"], [0, 2]], axis=-1)

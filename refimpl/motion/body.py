@@ -8,18 +8,19 @@ amount that points its bones where the points say, so that twist, fingers and ev
 no slot come from the content clip.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from ..storage import plausible
 from . import bvh, rotation
-from .clip import Clip
+from .clip import Clip, plus_offsets
 from .extend import extended
 from .features import FLOOR, FPS, LEG_RANGE, Start, encode, leg_length, root_motion, scale
 from .ground import planted_feet, resting_heights
-from .joints import BONES, HEELS, PARENTS, SLOT, Mapping, map_joints
+from .joints import BONES, HEELS, PARENTS, SLOT, Mapping
+from .mapping import map_clip
 from .skeleton import (ancestors, carrier, forward_kinematics, local_pose, resample, with_pose)
 from .strays import Strays, bridged, find_strays
 
@@ -73,7 +74,7 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
     clip : of any skeleton;  overrides : {slot: joint};  name : the clip's, for messages   ->  Take
     Raises MappingError (a joint is missing) or ValueError (no legs, nothing finite).
     """
-    mapping = map_joints(clip.joints, overrides, name)
+    mapping = map_clip(clip, overrides, name)
     with np.errstate(over="ignore", invalid="ignore"):       # what is absurd is refused below
         strays = find_strays(mapping.positions(*forward_kinematics(clip.parents,
                                                                    *local_pose(clip))), clip.fps)
@@ -83,8 +84,9 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
         positions = positions @ upright.T
         leg = leg_length(positions)
     if not leg > 0:
-        raise ValueError(f"{name}: found legs of length 0, needed thighs and shins; are all "
-                         "offsets and positions 0?")
+        raise ValueError(f"{name}: found legs of length 0, needed thighs and shins; position "
+                         "channels replace the OFFSET: if they hold differences from it, say "
+                         "--positions add; else all offsets and positions are 0")
     if not LEG_RANGE[0] <= leg <= LEG_RANGE[1] or not plausible(positions):
         raise ValueError(f"{name}: found a leg {leg:g} long and joints up to "
                          f"{np.abs(positions).max():g} away, needed a leg from {LEG_RANGE[0]:g} to "
@@ -106,14 +108,27 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
                 contacts, around, strays)
 
 
-def read_take(path: str | Path, overrides: dict[str, str] | None = None) -> Take:
+def read_clip(path: str | Path, *, rate: float | None = None, positions: str = "replace") -> Clip:
+    """Read a BVH file that may say what is not so.
+
+    path : the file;  rate : its frames a second, where its Frame Time is wrong;  positions : "add"
+    where position channels hold differences from the OFFSET   ->  Clip
+    Raises BVHError, OSError.
+    """
+    clip = bvh.read_bvh(path)
+    clip = plus_offsets(clip) if positions == "add" else clip
+    return replace(clip, frame_time=1.0 / rate) if rate else clip
+
+
+def read_take(path: str | Path, overrides: dict[str, str] | None = None, *,
+              rate: float | None = None, positions: str = "replace") -> Take:
     """Read a BVH file and make it ready.
 
-    path : the file;  overrides : {slot: joint}   ->  Take
+    overrides : {slot: joint};  path, rate, positions : as in `read_clip`   ->  Take
     Raises BVHError, MappingError, ValueError, OSError.
     """
     try:
-        return make_take(bvh.read_bvh(path), overrides, str(path))
+        return make_take(read_clip(path, rate=rate, positions=positions), overrides, str(path))
     except ValueError as error:
         if str(path) in str(error):
             raise
@@ -182,6 +197,16 @@ def guess_unit(height: float) -> str:
         if low <= height <= high:
             return unit
     return f"units of about {140.0 / height:.2g} cm"
+
+
+def metres(height: float) -> float:
+    """How many metres one unit is, of a skeleton whose head joint stands this high.
+
+    >>> metres(141.0), metres(1.5), round(metres(28.0), 4)
+    (0.01, 1.0, 0.05)
+    """
+    known = {"metres": 1.0, "inches": 0.0254, "centimetres": 0.01, "millimetres": 0.001}
+    return known.get(guess_unit(height), 1.4 / height)
 
 
 def relative_size(size: float, other: float) -> float:

@@ -5,67 +5,11 @@ import pytest
 
 from refimpl.motion import body, bvh, features, joints, skeleton
 from refimpl.embedded import walkers as synthetic
-from refimpl.motion.clip import Clip, Joint
 from refimpl.motion.features import bone_lengths
 from refimpl.motion.body import guess_unit, make_take, read_take, standing_height
+from .bodies import z_up
 
 MADE = synthetic.make_clip("walk", "normal", seconds=2.0)
-
-
-def renamed(clip, names):
-    return Clip(tuple(Joint(names.get(j.name, j.name), j.parent, j.offset, j.channels, j.end_site)
-                      for j in clip.joints), clip.frame_time, clip.values)
-
-
-@pytest.mark.parametrize("family, prefix", [("CMU", ""), ("Mixamo", "mixamorig:"), ("papers", "")])
-def test_names_of_several_families_are_found(family, prefix):
-    wanted = [prefix + name for name in joints.FAMILIES[family].split()]
-    clip = renamed(MADE.clip, dict(zip(joints.SLOTS, wanted)))
-    mapping = joints.map_joints(clip.joints)
-    assert [clip.joints[j].name for j in mapping.joints] == wanted
-    assert not mapping.tips.any()
-
-
-def test_a_missing_foot_is_named():
-    clip = renamed(MADE.clip, {"LeftFoot": "thing"})
-    with pytest.raises(joints.MappingError, match="found no joint for LeftFoot"):
-        joints.map_joints(clip.joints)
-
-
-def test_a_users_mapping_file(tmp_path):
-    path = tmp_path / "mine.csv"
-    path.write_text("slot,joint\n# my rig\nLeftFoot,thing\n")
-    clip = renamed(MADE.clip, {"LeftFoot": "thing"})
-    assert (joints.map_joints(clip.joints,
-                              joints.read_mapping(path)).joints[joints.SLOT["LeftFoot"]] == 3)
-
-
-@pytest.mark.parametrize("text, line",
-                         [("slot,joint\nLeftPaw,thing\n", 2), ("LeftFoot\n", 1),
-                          ("LeftFoot,a\nLeftFoot,b\n", 2), ("LeftFoot,\n", 1)])
-def test_bad_mapping_lines_are_named(tmp_path, text, line):
-    path = tmp_path / "mine.csv"
-    path.write_text(text)
-    with pytest.raises(joints.MappingError, match=f"mine.csv:{line}: found"):
-        joints.read_mapping(path)
-
-
-def test_a_mapping_to_a_joint_that_is_not_there():
-    with pytest.raises(joints.MappingError, match="'tail'"):
-        joints.map_joints(MADE.clip.joints, {"LeftFoot": "tail"})
-
-
-def test_joints_in_the_wrong_limb_are_refused():
-    with pytest.raises(joints.MappingError, match="needed a joint below"):
-        joints.map_joints(MADE.clip.joints, {"LeftFoot": "RightHand"})
-
-
-def z_up(clip):
-    """The same motion in a world whose z points up."""
-    rotations, translations = skeleton.local_pose(clip)
-    turn = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
-    rotations[:, 0], translations[:, 0] = turn @ rotations[:, 0], translations[:, 0] @ turn.T
-    return skeleton.with_pose(clip, rotations, translations, clip.frame_time)
 
 
 def test_z_up_is_noticed_and_written_back_z_up():
