@@ -14,13 +14,12 @@ import numpy as np
 from . import names, tree as by_tree
 from .clip import Clip
 from .joints import BONES, JOINTS, PARENTS, SLOT, SLOTS, Mapping, MappingError
+from .made_up import with_made_up
+from .sides import leftness, read_tree, upward
 from .skeleton import ancestors, forward_kinematics, local_pose
 from .tree import Tree, Unclear
 
 LOOKED_AT = 48                      # of a clip that are looked at
-FINGER, TOE, HEAD = 0.175, 0.17, 0.15    # made up: of a forearm; of a leg; of a leg
-TOE_DROP = 0.09                  # of a leg: how much lower than the ankle a made-up toe lies
-BETWEEN = {"Spine": 0.45, "Neck": 0.55}  # made up: so far from the joint below to the one above
 LIMB_SLOTS = {"Leg": ("UpLeg", "Leg", "Foot", "Toe"), "Arm": ("Arm", "ForeArm", "Hand", "Finger")}
 TIPS = {side + tip: side + base for side in ("Left", "Right")
         for tip, base in (("Toe", "Foot"), ("Finger", "Hand"))}
@@ -48,9 +47,10 @@ def map_clip(clip: Clip, overrides: dict[str, str] | None = None,
                                f"{', '.join(every)}")
     rotations, positions = _sampled(clip)
     tree = _tree(clip, rotations, positions)
-    named = _named(clip, tree)
+    words = names.words_of(clip.names)
+    named = _named(clip, tree, words)
     try:
-        read, unclear = by_tree.read_tree(tree), ""
+        read, unclear = read_tree(tree), ""
     except Unclear as why:
         read, unclear = {}, str(why)
     found = {slot: (every[joint], "mapping") for slot, joint in overrides.items()}
@@ -60,9 +60,16 @@ def map_clip(clip: Clip, overrides: dict[str, str] | None = None,
             del found[slot]                          # one joint for two slots is none for this one
     for reading, how in ((named, "name"), (read, "tree")):
         for slot, j in reading.items():
+            if how == "tree" and slot == "Head" and names.TRUNK.get(words[j][1]) == "Neck":
+                continue                             # a body without a head
             if j not in {k for k, _ in found.values()}:
                 found.setdefault(slot, (j, how))
-    mapping = _complete(clip, {s: j for s, (j, _) in found.items()},
+    for tip, base in TIPS.items():                   # a finger without a name on one hand alone
+        other = _other(tip)
+        if tip in found and other not in found and found[tip][1] == "tree" and all(
+                found.get(s, (0, ""))[1] == "name" for s in (base, _other(base))):
+            del found[tip]
+    mapping = with_made_up(clip, {s: j for s, (j, _) in found.items()},
                         {s: how for s, (_, how) in found.items()}, tree, rotations)
     faults = (_lacking(mapping) or _contradictions(clip, tree, named, read, overrides)
               or _misplaced(clip, tree, mapping, overrides))
@@ -73,6 +80,11 @@ def map_clip(clip: Clip, overrides: dict[str, str] | None = None,
                            {slot: clip.names[j] for slot, j, told in zip(SLOTS, *mapping[::2])
                             if j >= 0 and "made" not in told})
     return Mapping(*mapping)
+
+
+def _other(slot):
+    """The same slot on the other side."""
+    return ("Right" + slot[4:]) if slot.startswith("Left") else ("Left" + slot[5:])
 
 
 def _sampled(clip):
@@ -86,14 +98,16 @@ def _sampled(clip):
 def _tree(clip, rotations, positions):
     ends = {j: positions[:, j] + rotations[:, j] @ np.array(joint.end_site)
             for j, joint in enumerate(clip.joints) if np.any(joint.end_site or 0)}
-    return Tree(clip.parents.tolist(), positions, ends)
+    local = np.stack([R if joint.parent < 0 else rotations[:, joint.parent].swapaxes(1, 2) @ R
+                      for joint, R in zip(clip.joints, np.moveaxis(rotations, 1, 0))])
+    still = frozenset(np.flatnonzero(np.ptp(local, axis=1).max(axis=(1, 2)) < 1e-6).tolist())
+    return Tree(clip.parents.tolist(), positions, ends, still)
 
 
-def _named(clip, tree):
+def _named(clip, tree, words):
     """The reading by names: limbs by their words, the trunk by where limbs branch.   ->  {slot: j}
     """
-    words, depth = names.words_of(clip.names), names.depths(clip.parents)
-    found = {}
+    depth, found = names.depths(clip.parents), {}
     for limb, slots in LIMB_SLOTS.items():
         for (side, place), j in names.limb_joints(words, depth, limb).items():
             if place > 0:
@@ -103,91 +117,27 @@ def _named(clip, tree):
                 map(tree.bone, tree.above(found[base])[:2])):
             del found[tip]
     tops = [found.get(slot, -1) for slot in ("LeftUpLeg", "RightUpLeg", "LeftArm", "RightArm")]
-    heads = names.trunk_joints(words, "Head")
-    if min(tops) < 0 or not heads:
+    heads, necks = (names.trunk_joints(words, part) for part in ("Head", "Neck"))
+    if min(tops) < 0 or not (heads or necks):
         return found
-    head = min(heads, key=lambda j: depth[j])
+    head = min(heads, key=lambda j: depth[j]) if heads else max(necks, key=lambda j: depth[j])
     crotch, branch = tree.meet(tops), tree.meet(tops[2:])
     if crotch < 0 or branch < 0 or branch not in tree.above(head):
         return found
     called = [j for j in names.trunk_joints(words, "Hips") if j in tree.above(crotch)]
     hips = crotch if words[crotch][1] in ("hip", "hips", "pelvis") or not called else called[-1]
     feet = [found.get("LeftFoot", tops[0]), found.get("RightFoot", tops[1])]
-    up = by_tree.upward(tree, head, feet)
+    up = upward(tree, head, feet)
     kind = names.TRUNK.get(words[branch][1], "")
     size = sum(tree.bone(j) for j in tree.way(hips, head))
     if hips != branch and size > 0:
         found |= by_tree.trunk(tree, hips, branch, head, tops[2:], up,
                                at_neck=kind == "Neck" if kind else None)
         found["Head"] = head
+        if not heads:                                # the last neck is no head
+            found["Neck"] = min(necks, key=lambda j: depth[j])
+            del found["Head"]
     return found
-
-
-def _complete(clip, found, how, tree, rotations):
-    """Make up what can be made up.   ->  joints (21,), -1 where none, tips (21, 3), how (21,)"""
-    joints = np.array([found.get(slot, -1) for slot in SLOTS])
-    tips, told = np.zeros((JOINTS, 3)), [how.get(slot, "") for slot in SLOTS]
-    P, leg = tree.positions, 0.0
-    if (joints[[SLOT[s] for s in ("LeftUpLeg", "LeftLeg", "LeftFoot")]] >= 0).all():
-        hip, knee, ankle = (found[f"Left{part}"] for part in ("UpLeg", "Leg", "Foot"))
-        leg = tree.apart(hip, knee) + tree.apart(knee, ankle)
-
-    def _put(slot, base, vectors, why, length=None):
-        """A point in the base joint's frame, the mean over the frames of where it should be."""
-        local = np.mean((rotations[:, base].swapaxes(1, 2) @ vectors[..., None])[..., 0], axis=0)
-        size = np.linalg.norm(local)
-        if size > 1e-9 * max(leg, 1e-300):
-            tips[SLOT[slot]] = local if length is None else local * (length / size)
-            joints[SLOT[slot]], told[SLOT[slot]] = base, why
-
-    def _has(*slots):
-        return all(joints[SLOT[slot]] >= 0 for slot in slots)
-
-    def _end(slot, base_slot, why):
-        base = found.get(base_slot, -1)
-        if not _has(slot) and base in tree.ends and np.linalg.norm(
-                clip.joints[base].end_site) > 0.01 * leg:
-            joints[SLOT[slot]], tips[SLOT[slot]] = base, clip.joints[base].end_site
-            told[SLOT[slot]] = why
-    for slot, low, high in (("Spine", "Hips", "Chest"), ("Neck", "Chest", "Head")):
-        if not _has(slot) and _has(low, high):
-            base = found[low]
-            _put(slot, base, BETWEEN[slot] * (P[:, found[high]] - P[:, base]),
-                 f"made up between {low} and {high}")
-    _end("Head", "Neck", "made up: the End Site of the neck")
-    if not _has("Head") and _has("Neck", "Chest"):
-        base = found["Neck"]
-        _put("Head", base, P[:, base] - P[:, found["Chest"]], "made up beyond the neck", HEAD * leg)
-    for side in ("Left", "Right"):
-        hand, foot, elbow = side + "Hand", side + "Foot", side + "ForeArm"
-        _end(hand, elbow, "made up: the End Site of the forearm")
-        _end(side + "Finger", hand, "made up: the End Site of the hand")
-        _end(side + "Toe", foot, "made up: the End Site of the foot")
-        if not _has(side + "Finger") and _has(elbow) and hand in found:
-            _put(side + "Finger", found[hand], P[:, found[hand]] - P[:, found[elbow]],
-                 "made up beyond the hand", FINGER * tree.apart(found[elbow], found[hand]))
-        if not _has(side + "Toe") and _has("LeftUpLeg", "RightUpLeg", "Head") and foot in found:
-            _put(side + "Toe", found[foot], _toe_directions(tree, found, joints, foot, leg),
-                 "made up before the foot", TOE * leg)
-        base = found.get(elbow, -1)
-        if not _has(side + "Finger") and _has(hand) and base >= 0:
-            end = tips[SLOT[hand]]
-            joints[SLOT[side + "Finger"]], tips[SLOT[side + "Finger"]] = base, (1 + FINGER) * end
-            told[SLOT[side + "Finger"]] = "made up beyond the hand"
-    return joints, tips, tuple(told)
-
-
-def _toe_directions(tree, found, joints, foot, leg):
-    """From an ankle forwards and down a little, where it stands lowest; 0 elsewhere.   (T, 3)"""
-    P = tree.positions
-    up = by_tree.upward(tree, joints[SLOT["Head"]], [found[foot]])
-    across = P[:, found["LeftUpLeg"]] - P[:, found["RightUpLeg"]]
-    forward = np.cross(across, up)
-    forward /= np.maximum(np.linalg.norm(forward, axis=-1, keepdims=True), 1e-12)
-    height = P[:, found[foot]] @ up
-    low = height <= np.quantile(height, 0.3)
-    level = np.sqrt(TOE ** 2 - TOE_DROP ** 2) * leg
-    return low[:, None] * (level * forward - TOE_DROP * leg * up)
 
 
 def _lacking(mapping):
@@ -197,12 +147,13 @@ def _lacking(mapping):
 
 def _contradictions(clip, tree, named, read, overrides):
     """Where names and tree say what cannot both be.   ->  list of str"""
-    said, words, head = [], names.words_of(clip.names), named.get("Head", read.get("Head", -1))
-    lower = {j for part in ("Hips", "Spine", "Neck") for j in names.trunk_joints(words, part)}
-    if "Head" not in overrides and (below := [j for j in sorted(lower)
-                                              if head in tree.above(j)[1:]]):
-        said.append(f"found {clip.names[below[0]]} above {clip.names[head]}, which feeds Head, "
-                    "needed it below")
+    said, words = [], names.words_of(clip.names)
+    places = {slot: named.get(slot, read.get(slot, -1)) for slot in ("Head", "Chest")}
+    for parts, slot in ((("Hips", "Spine", "Neck"), "Head"), (("Hips",), "Chest")):
+        for j in (j for part in parts for j in names.trunk_joints(words, part)):
+            if slot not in overrides and places[slot] in tree.above(j)[slot == "Head":]:
+                said.append(f"found {clip.names[j]} beyond {clip.names[places[slot]]}, which feeds "
+                            f"{slot}, needed it before")
     for side in ("Left", "Right"):
         for parts in (("UpLeg", "Leg", "Foot"), ("Arm", "ForeArm", "Hand")):
             slots = [side + part for part in parts]
@@ -225,6 +176,8 @@ def _misplaced(clip, tree, mapping, overrides):
     said, own = [], ~tips.any(axis=1)
     for parent, child in BONES:
         above = ancestors(clip.joints, joints[child])
+        if SLOTS[child] == "Spine" and clip.parents[joints[0]] in above[1:]:
+            continue                                 # the upper body beside the lower one
         if joints[parent] not in (above[1:] if own[child] and own[parent] else above):
             said.append(f"found {clip.names[joints[child]]} for {SLOTS[child]}, needed a joint "
                         f"below {clip.names[joints[parent]]}, which feeds {SLOTS[parent]}")
@@ -247,14 +200,29 @@ def _misplaced(clip, tree, mapping, overrides):
                         "neither")
         elif own[pair[0]]:
             sizes = [tree.apart(joints[PARENTS[s]], joints[s]) for s in pair]
-            ways = [len(tree.way(joints[0], joints[s])) for s in pair]
-            if max(sizes) > LIKE * min(sizes) or ways[0] != ways[1]:
+            ways = [tree.above(joints[s]).index(tree.meet([joints[0], joints[s]])) for s in pair]
+            if max(sizes) > LIKE * min(sizes) or ways[0] != ways[1] or not min(sizes) > 0:
                 said.append(f"found bones to Left{slot} and Right{slot} of {sizes[0]:.3g} and "
                             f"{sizes[1]:.3g}, {ways[0]} and {ways[1]} joints below the hips, "
                             "needed two that are alike")
     if not said and not set(overrides) & {"LeftUpLeg", "LeftArm"}:
-        said = _mirrored(clip, tree, joints, own)
+        said = _mirrored(clip, tree, joints, own) or _on_all_fours(tree, joints)
     return said
+
+
+def _on_all_fours(tree, joints):
+    """A trunk that lies level over hands as low as feet all the time is an animal's."""
+    P = tree.positions
+    hips, chest, feet, hands = (P[:, joints[[SLOT[s] for s in slots]]] for slots in (
+        ["Hips"], ["Chest"], ["LeftFoot", "RightFoot"], ["LeftHand", "RightHand"]))
+    down = hips[:, 0] - feet.mean(axis=1)
+    axis = 2 if abs(down[:, 2].mean()) > abs(down[:, 1].mean()) else 1
+    trunk = (chest - hips)[:, 0]
+    level = np.abs(trunk[:, axis]) < 0.6 * np.linalg.norm(trunk, axis=-1)
+    low = np.abs(hands[..., axis].mean(axis=1) - feet[..., axis].mean(axis=1)) < 0.35 * np.abs(
+        down[:, axis])
+    return ["found a trunk that lies level and hands as low as the feet, needed a body on two legs"
+            ] if (level & low).mean() > 0.9 else []
 
 
 def _mirrored(clip, tree, joints, own):
@@ -262,8 +230,8 @@ def _mirrored(clip, tree, joints, own):
             for side in ("Left", "Right")]
     toes = [tree.positions[:, joints[SLOT[side + "Toe"]]] if own[SLOT[side + "Toe"]]
             else tree.ends.get(joints[SLOT[side + "Foot"]]) for side in ("Left", "Right")]
-    up = by_tree.upward(tree, joints[SLOT["Head"]], [leg[2] for leg in legs])
-    sure = by_tree.leftness(tree, legs, toes, up)
+    up = upward(tree, joints[SLOT["Head"]], [leg[2] for leg in legs])
+    sure = leftness(tree, legs, toes, up)
     lines = [tree.positions[:, joints[SLOT[f"Left{part}"]]]
              - tree.positions[:, joints[SLOT[f"Right{part}"]]] for part in ("UpLeg", "Arm")]
     together = np.mean(np.sum(lines[0] * lines[1], axis=-1)) / (

@@ -22,8 +22,10 @@ PLACES = {
             "metatarsals": (4,)},
     "Arm": {"collar": (0,), "collarbone": (0,), "clavicle": (0,), "clavicula": (0,),
             "scapula": (0,), "shoulder": (1, 0), "shldr": (1, 0), "arm": (1,), "uparm": (1,),
+            "uarm": (1,),
             "upperarm": (1,), "armupper": (1,), "shldrbend": (1,), "humerus": (1,),
-            "forearm": (2,), "lowarm": (2,), "lowerarm": (2,), "armlower": (2,), "elbow": (2,),
+            "forearm": (2,), "farm": (2,),
+            "lowarm": (2,), "lowerarm": (2,), "armlower": (2,), "elbow": (2,),
             "forearmbend": (2,), "radius": (2,), "ulna": (2,), "wrist": (3,), "hand": (3, 4)}}
 TRUNK = {"hips": "Hips", "hip": "Hips", "pelvis": "Hips", "spinebase": "Hips", "neck": "Neck",
          "lowerneck": "Neck", "necklower": "Neck", "upperneck": "Neck", "neckupper": "Neck",
@@ -101,11 +103,15 @@ def limb_joints(words: Sequence[tuple[str, str]], depth: Sequence[int],
     here = sorted((j for j, (side, word) in enumerate(words) if side and word in table),
                   key=lambda j: depth[j])
     meaning: dict[str, int] = {}
-    for sure in (True, False):                       # first what is clear, then what is left
-        for word in dict.fromkeys(words[j][1] for j in here):
-            free = [place for place in table[word] if place not in meaning.values()]
-            if (len(table[word]) == 1) == sure and (sure or free):
-                meaning[word] = table[word][0] if sure else free[0]
+    order = list(dict.fromkeys(words[j][1] for j in here))
+    for word in order:                               # first what is clear
+        if len(table[word]) == 1:
+            meaning[word] = table[word][0]
+    for word in 2 * order:                           # then what its neighbours make clear
+        free = [place for place in table[word] if place not in meaning.values()]
+        if word not in meaning and free and (len(free) < len(table[word]) or {
+                free[0] - 1, free[0] + 1} & set(meaning.values())):
+            meaning[word] = free[0]
     found: dict[tuple[str, int], int] = {}
     for j in here:
         side, word = words[j]

@@ -11,14 +11,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .joints import SLOT
-
 LONGEST_TWIG = 0.6               # of the shortest limb: what hangs on a body besides its limbs
 UNLIKE = 1.5                     # how much longer one limb of a pair may be than the other
 SHORT = 0.02                     # of the body: a bone that is none
 NEVER_BENT = np.radians(4.0)       # a joint that never bends further is no knee
 USUAL = 0.92                     # of the upper bone: how long the lower one is
-SURE = 0.25                      # of 1: how well toes, knees and way must agree on the left side
+RIGID = 0.01                     # of its mean: how little the distance of two shoulders varies
 
 
 @dataclass(frozen=True)
@@ -27,11 +25,13 @@ class Tree:
 
     parents : of each joint, -1 for the root;  positions : (T, J, 3) in the world, some frames
     ends : {joint: (T, 3)} of the End Sites that lie away from their joint
+    still : joints that never turn against their parent
     """
 
     parents: Sequence[int]
     positions: np.ndarray = field(repr=False)
     ends: dict[int, np.ndarray] = field(repr=False)
+    still: frozenset[int] = frozenset()
 
     def above(self, j: int) -> list[int]:
         """A joint and all above it, up to the root."""
@@ -73,6 +73,9 @@ def long_branches(tree: Tree) -> list[int]:
     for j, parent in enumerate(tree.parents):
         if parent >= 0:
             children[parent].append(j)
+    twists = {j for some in children for j in some if not children[j]
+              and any(k != j and children[k] and _lies_on(tree, j, k) for k in some)}
+    children = [[j for j in some if j not in twists] for some in children]
     down = np.zeros(J)                               # the longest way down from each joint
     for j in reversed(range(J)):
         own = [np.median(np.linalg.norm(tree.ends[j] - tree.positions[:, j], axis=-1))
@@ -99,6 +102,16 @@ def long_branches(tree: Tree) -> list[int]:
     return [j for _, j in branches[:5]]
 
 
+def _lies_on(tree, j, other):
+    """Whether a joint lies on the bone to another child of its parent, as twist joints do."""
+    start, P = tree.positions[:, tree.parents[j]], tree.positions
+    bone, there = P[:, other] - start, P[:, j] - start
+    length2 = np.sum(bone * bone, axis=-1)
+    share = np.sum(bone * there, axis=-1) / np.where(length2 > 0, length2, 1.0)
+    off = np.linalg.norm(there - share[:, None] * bone, axis=-1)
+    return bool(np.median(share) < 1.0 and np.median(off) < 0.05 * np.median(np.sqrt(length2)))
+
+
 def limbs(tree: Tree) -> tuple[int, int, list[int], list[int], int]:
     """Hips, where the arms branch, the ends of the legs, of the arms, of the head.
 
@@ -113,6 +126,9 @@ def limbs(tree: Tree) -> tuple[int, int, list[int], list[int], int]:
             found.setdefault(tree.way(top, j)[0] if j != top else top, []).append(j)
         return sorted(found.values(), key=len)
     parts = _groups(crotch, ends) if crotch >= 0 else []
+    if [len(part) for part in parts] == [2, 3]:      # the upper body beside the lower one
+        crotch = tree.meet(parts[0])
+        parts = [*([j] for j in parts[0]), parts[1]]
     if [len(part) for part in parts] != [1, 1, 3]:
         raise Unclear("found no joint from which two legs and a trunk with two arms and a head "
                       "leave")
@@ -149,11 +165,14 @@ def _hips(tree, crotch, legs):
     return min(above, key=lambda j: round(_off(j) / (2 * SHORT)))
 
 
-def two_bones(tree: Tree, top: int, end: int) -> tuple[int, int, int]:
+def two_bones(tree: Tree, top: int, end: int, other: int) -> tuple[int, int, int]:
     """The three joints of the two longest bones on the way down from `top`: hip, knee and ankle, or
-    shoulder, elbow and wrist.   Raises Unclear.
+    shoulder, elbow and wrist.
+
+    other : the end of the other limb of the pair, against which knees and elbows move, while
+    shoulders do not   Raises Unclear.
     """
-    way = tree.way(top, end)
+    way, across = tree.way(top, end), tree.way(top, other)
     total = sum(map(tree.bone, way))
     places = [[j] for j in way[:1]]                  # joints in one place count as one
     for j in way[1:]:
@@ -174,46 +193,19 @@ def two_bones(tree: Tree, top: int, end: int) -> tuple[int, int, int]:
                 upper, lower = lengths[i:m].sum(), lengths[m:k].sum()
                 if not bends[i:m - 1].any() and not bends[m:k - 1].any() and (
                         min(upper, lower) > 0.45 * max(upper, lower)):
-                    found.append((upper + lower, abs(np.log(lower / upper / USUAL)), i, m, k))
+                    too_long = max(0.0, lengths[k:].sum() - lower)   # what is left of the limb
+                    found.append((upper + lower - too_long, abs(np.log(lower / upper / USUAL)),
+                                  i, m, k))
     if not found:
         raise Unclear("found a limb without two long bones")
+    if len(way) == len(across):
+        apart = [np.linalg.norm(P[:, n] - tree.positions[:, across[way.index(place[0])]], axis=-1)
+                 for n, place in enumerate(places)]
+        moving = [f for f in found if np.std(apart[f[3]]) > RIGID * np.mean(apart[f[3]])]
+        found = moving or found
     knee = max(found)[3]
     _, _, i, m, k = min((f for f in found if f[3] == knee), key=lambda f: f[1])
     return places[i][-1], places[m][0], places[k][0]
-
-
-def upward(tree: Tree, head: int, feet: Sequence[int]) -> np.ndarray:
-    """The world's axis along which the head is farthest above the feet.   ->  (3,)"""
-    rise = np.mean(tree.positions[:, head] - tree.positions[:, list(feet)].mean(axis=1), axis=0)
-    axis = 2 if abs(rise[2]) > abs(rise[1]) else 1
-    return np.sign(rise[axis] or 1.0) * np.eye(3)[axis]
-
-
-def leftness(tree: Tree, legs: Sequence[Sequence[int]], toes: Sequence[np.ndarray | None],
-             up: np.ndarray) -> float:
-    """How sure it is that the first leg is the left one, from 1 to -1.
-
-    legs : hip, knee, ankle of two;  toes : (T, 3) of each, or None
-    """
-    P = tree.positions
-    across = P[:, legs[0][0]] - P[:, legs[1][0]]
-    told = []
-    if all(toe is not None for toe in toes):
-        told.append(2 * sum(toe - P[:, leg[2]] for toe, leg in zip(toes, legs)))
-    for hip, knee, ankle in legs:
-        line = P[:, ankle] - P[:, hip]
-        share = np.sum((P[:, knee] - P[:, hip]) * line, axis=-1) / np.sum(line * line, axis=-1)
-        told.append(P[:, knee] - P[:, hip] - share[:, None] * line)
-    forward = sum(told)
-    left = np.cross(up, forward)
-    size = np.linalg.norm(left, axis=-1) * np.linalg.norm(across - np.outer(across @ up, up),
-                                                          axis=-1)
-    weight = np.linalg.norm(left, axis=-1)
-    good = size > 0
-    if not good.any() or weight.max() <= 0:
-        return 0.0
-    cosine = np.sum(left * across, axis=-1)[good] / size[good]
-    return float(np.average(cosine, weights=weight[good]))
 
 
 def toe_of(tree: Tree, ankle: int, end: int, size: float) -> int:
@@ -248,10 +240,12 @@ def trunk(tree: Tree, hips: int, branch: int, head_end: int, shoulders: Sequence
     branch : where arms and head branch;  shoulders : the two upper arms;  at_neck : whether that is
     a neck which carries the collar bones, as where it lies above the shoulders, where not given
     """
-    size = tree.apart(hips, branch)
+    size, top = tree.apart(hips, branch), tree.meet([hips, branch])
     way = tree.way(branch, head_end)
     heights = tree.positions @ up
-    chest = branch
+    chest, children = branch, list(tree.parents)
+    ends = [n for n, j in enumerate(way) if n > 0 and children.count(j) > 1]     # eyes, hair
+    way = way[:ends[0] + 1] if ends else way
     above = [j for j in way if tree.apart(branch, j) > 2 * SHORT * size]
     if at_neck is None:
         at_neck = len(above) < 2 and np.median(
@@ -260,48 +254,15 @@ def trunk(tree: Tree, hips: int, branch: int, head_end: int, shoulders: Sequence
     if at_neck:
         above, chest = [branch, *above], tree.parents[branch]
     found = {"Hips": hips, "Chest": chest}
-    spine = [j for j in tree.way(hips, chest)[:-1] if tree.apart(hips, j) > 2 * SHORT * size
+    spine = [j for j in tree.way(top, chest)[:-1] if tree.apart(hips, j) > 2 * SHORT * size
              and tree.apart(j, chest) > 2 * SHORT * size]
     if spine:
         found["Spine"] = spine[0]
     if len(above) > 1:
         last = above[-1]
-        if len(above) > 2 and last not in tree.ends and tree.bone(last) > 1.3 * tree.bone(
-                above[-2]):
+        if len(above) > 2 and last in tree.still and tree.bone(last) > 1.3 * tree.bone(above[-2]):
             above = above[:-1]                       # the top of the head
         found["Neck"] = above[0]
     if above:
         found["Head"] = above[-1]
-    return found
-
-
-def read_tree(tree: Tree) -> dict[str, int]:
-    """Which joint feeds which slot by the tree alone; what it lacks is left out.
-
-    ->  {slot: joint}.   Raises Unclear.
-    """
-    hips, branch, legs, arms, head = limbs(tree)
-    crotch = tree.meet(legs)
-    lower = [two_bones(tree, crotch, j) for j in legs]
-    upper = [two_bones(tree, branch, j) for j in arms]
-    size = sum(tree.apart(a, b) + tree.apart(b, c) for a, b, c in lower) / 2
-    toes = [toe_of(tree, bones[2], j, size) for bones, j in zip(lower, legs)]
-    up = upward(tree, branch, [bones[2] for bones in lower])
-    points = [tree.positions[:, toe] if toe >= 0 else tree.ends.get(bones[2])
-              for toe, bones in zip(toes, lower)]
-    sure = leftness(tree, lower, points, up)
-    if abs(sure) < SURE:
-        raise Unclear("found nothing that tells left from right (toes, bent knees)")
-    across = tree.positions[:, lower[0][0]] - tree.positions[:, lower[1][0]]
-    same = np.mean(np.sum(across * (tree.positions[:, upper[0][0]]
-                                    - tree.positions[:, upper[1][0]]), axis=-1))
-    found = trunk(tree, hips, branch, head, [bones[0] for bones in upper], up)
-    for parts, bones, tips, first_left in (
-            (("UpLeg", "Leg", "Foot", "Toe"), lower, toes, sure > 0),
-            (("Arm", "ForeArm", "Hand", "Finger"), upper,
-             [finger_of(tree, b[1], b[2], size) for b in upper], (sure > 0) == (same > 0))):
-        for n, (joints, tip) in enumerate(zip(bones, tips)):
-            side = "Left" if (n == 0) == first_left else "Right"
-            found |= {side + part: j for part, j in zip(parts, (*joints, tip)) if j >= 0}
-    assert set(found) <= set(SLOT)
     return found
