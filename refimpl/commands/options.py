@@ -10,6 +10,7 @@ import re
 from typing import Any
 
 from .. import __version__
+from ..motion.canonical import PARTS
 from ..motion.clip import POSITIONS_MEAN
 from ..motion.joints import read_mapping
 from ..storage import atomic_write, is_special
@@ -50,6 +51,20 @@ def number(*, least: float | None = None, above: float | None = None,
             raise argparse.ArgumentTypeError(f"found {text!r}, needed a number {bounds}")
         return value
     return read
+
+
+def parts(text: str) -> tuple[str, ...]:
+    """An argparse type: some parts of a body, with commas between.
+
+    >>> parts("arms,spine")
+    ('arms', 'spine')
+    """
+    found = tuple(word.strip() for word in text.split(","))
+    unknown = [word for word in found if word not in PARTS]
+    if unknown:
+        raise argparse.ArgumentTypeError(
+            f"found {unknown[0]!r}, needed some of {', '.join(PARTS)}, with commas between")
+    return found
 
 
 def pattern(text: str) -> str:

@@ -1,4 +1,4 @@
-"""`refimpl transfer`: a clip in another style, on its own skeleton, at 60 frames a second."""
+"""`refimpl transfer`: a clip in another style, on its own skeleton, at its own rate."""
 
 import argparse
 import sys
@@ -13,12 +13,13 @@ from ..holden2017.transfer import transfer
 from ..motion.body import carries_hips, guess_unit, read_take, standing_height
 from ..motion.bvh import write_bvh
 from ..motion.features import bone_lengths, path_length
+from ..motion.canonical import PARTS
 from ..motion.clip import plus_offsets
 from ..motion.joints import SLOT, MappingError
-from .options import (InputPath, OutputPath, add_reading, check_ending, number, reading, whole,
-                      write_report)
+from .options import (InputPath, OutputPath, add_reading, check_ending, number, parts, reading,
+                      whole, write_report)
 
-DESCRIPTION = """A clip in another style, on its own skeleton, at 60 frames a second: by a trained
+DESCRIPTION = """A clip in another style, on its own skeleton, at its own rate: by a trained
 network (the system of 2017), or by an optimisation that needs no training for a new style (that of
 2016): --method optimise --content CLIP.bvh --style S.bvh with either --manifold M.npz, a loss
 network of this package, or --network and --preprocess, the two files of the authors' own network or
@@ -43,6 +44,13 @@ def add_commands(commands: Any) -> None:
                          help="T(I) alone, without the manifold projection P")
     command.add_argument("--own-pace", action="store_true",
                          help="walk the content's path as fast as the result's feet step")
+    command.add_argument("--strength", type=number(least=0), default=1.0, metavar="S",
+                         help="how much of the change: 0 is the content, 1 the style "
+                              "(default: %(default)g)")
+    command.add_argument("--only", type=parts, default=(), metavar="A,B",
+                         help=f"change these parts alone, of {', '.join(PARTS)}")
+    command.add_argument("--fps", type=number(above=0), metavar="FPS",
+                         help="frames a second of the result (default: the clip's own)")
     command.add_argument("--plot", metavar="OUT.png", type=OutputPath,
                          help="draw content and result, a pose at a time, from the side")
     command.add_argument("--animate", metavar="OUT.html", type=OutputPath,
@@ -100,7 +108,8 @@ def run(arguments: argparse.Namespace) -> None:
         result = _optimise(arguments, take, exemplars, manifold, network)
     else:
         result = transfer(take, style, projected=not arguments.no_projection,
-                          clean=not arguments.raw, own_pace=arguments.own_pace, networks=networks)
+                          clean=not arguments.raw, own_pace=arguments.own_pace,
+                          networks=networks, **_back(arguments))
     write_bvh(arguments.output, plus_offsets(result.clip, -1.0) if arguments.positions == "add"
               else result.clip)
     unit = guess_unit(standing_height(bone_lengths(take.positions)))
@@ -109,7 +118,8 @@ def run(arguments: argparse.Namespace) -> None:
     mean, largest, way = float(apart.mean()), float(apart.max()), path_length(take.features)
     stays = ("" if carries_hips(take) else "; the file has no joint with three position channels "
              "to carry it: it stays where the content is")
-    print(f"{arguments.output}: {result.clip.frames} frames at 60 frames/s in style {name}; its "
+    print(f"{arguments.output}: {result.clip.frames} frames at "
+          f"{result.clip.fps:g} frames/s in style {name}; its "
           f"path leaves the content's by {mean:.3g} on average, {largest:.3g} at most, of a way of "
           f"{way:.3g} ({unit}){stays}")
     for warning in result.warnings:
@@ -130,7 +140,8 @@ def _optimise(arguments, take, exemplars, manifold, network):
     chosen = {"style": arguments.weight_style, "start": arguments.start,
               "iterations": arguments.iterations}
     chosen = {key: value for key, value in chosen.items() if value is not None}
-    common: dict[str, Any] = {"clean": not arguments.raw, "seed": arguments.seed or 0}
+    common: dict[str, Any] = {"clean": not arguments.raw, "seed": arguments.seed or 0,
+                              **_back(arguments)}
     if arguments.form == "coded":
         if "style" in chosen:
             share = chosen.pop("style")
@@ -138,6 +149,11 @@ def _optimise(arguments, take, exemplars, manifold, network):
         return bridge.transfer(take, exemplars[0].positions, network, **chosen, **common)
     return own.transfer(take, exemplars, manifold or network.manifold(),
                         settings=own.Settings(**chosen), networks=networks, **common)
+
+
+def _back(arguments):
+    """How the change comes back to the clip."""
+    return {"strength": arguments.strength, "only": arguments.only, "fps": arguments.fps}
 
 
 def _exemplar(path, overrides):

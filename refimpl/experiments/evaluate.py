@@ -23,7 +23,7 @@ from ..holden2017.trained import Manifold, Style
 from ..holden2017.transfer import project_features, stylise, transfer
 from ..motion.stylised import Stylised, onto_skeleton
 from ..motion.bvh import write_bvh
-from ..motion.body import Take, read_take, to_scale
+from ..motion.body import Take, read_take, seen, to_scale
 from ..motion.clip import Clip
 from ..motion.dataset import Dataset, Labelled
 from ..motion.feet import floor_penetration, foot_skate, jerk
@@ -88,7 +88,8 @@ def carry_out(take: Take, exemplars: Sequence[np.ndarray], style: Style,
     style
     ->  yields (system, Stylised, seconds that its mathematics took, without reading and writing)
     """
-    manifold, content = style.manifold, to_scale(take.features, take.leg, style.manifold.leg)
+    manifold, there = style.manifold, seen(take, style.manifold.body)
+    content = there.features
     stylise(content, style, networks=networks)             # its spectra are kept for all clips
     if network is not None:
         began = time.perf_counter()
@@ -99,7 +100,7 @@ def carry_out(take: Take, exemplars: Sequence[np.ndarray], style: Style,
     moved = optimise(content, take.contacts, exemplars, manifold, settings=settings, seed=seed,
                      networks=networks)
     seconds = time.perf_counter() - began
-    yield OWN, onto_skeleton(take, to_scale(moved, manifold.leg, take.leg)), seconds
+    yield OWN, onto_skeleton(take, there, moved), seconds
     began = time.perf_counter()
     stylise(content, style, networks=networks)
     seconds = time.perf_counter() - began
@@ -122,7 +123,7 @@ def measure(result: Take, content: Take, exemplars: Sequence[np.ndarray], manifo
 
     exemplars : features on the manifold's scale;  classifiers : of `fit_classifiers`
     """
-    features, wanted = (to_scale(t.features, content.leg, manifold.leg) for t in (result, content))
+    features, wanted = (seen(t, manifold.body).features for t in (result, content))
     depth = floor_penetration(result.positions, content.start.floor)
     path, wanted_path = (take.positions[:, 0][:, [0, 2]] for take in (result, content))
     return {**_looks(features, exemplars, manifold, classifiers),

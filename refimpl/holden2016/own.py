@@ -36,8 +36,8 @@ from ..holden2017.objective import (CONSTRAINTS, WEIGHTS, Batch, Weights, column
 from ..nn.adam import annealed
 from ..holden2017.trained import Manifold
 from ..motion.stylised import Stylised, onto_skeleton
-from ..motion.body import to_scale
-from ..motion.features import FEATURES, VELOCITIES, bone_lengths
+from ..motion.body import seen
+from ..motion.features import FEATURES, VELOCITIES
 from . import search
 
 # s by the normaliser's form, and the weights of the constraints for centimetres.
@@ -194,15 +194,15 @@ def pairs(features: np.ndarray) -> np.ndarray:
 
 def transfer(take: Any, exemplars: Sequence[Any], manifold: Manifold, *, clean: bool = True,
              settings: Settings = Settings(), weights: Weights | None = None, seed: int = 0,
-             networks: Any = text) -> Stylised:
-    """Stylise a take by optimisation; its bones keep their own lengths.
+             networks: Any = text, **back: Any) -> Stylised:
+    """Stylise a take by optimisation, on the body that the loss network knows and back.
 
-    take : Take;  exemplars : Takes in the style;  clean : see `motion.stylised.onto_skeleton`
+    take : Take;  exemplars : Takes in the style, on any body;  clean, back (strength, only, fps) :
+    see `motion.stylised.onto_skeleton`
     ->  Stylised
     """
-    size = manifold.leg / take.leg
-    moved = optimise(to_scale(take.features, take.leg, manifold.leg), take.contacts,
-                     [to_scale(e.features, e.leg, manifold.leg) for e in exemplars], manifold,
-                     bones=bone_lengths(take.positions) * size, settings=settings, weights=weights,
-                     seed=seed, networks=networks)
-    return onto_skeleton(take, to_scale(moved, manifold.leg, take.leg), clean=clean)
+    there = seen(take, manifold.body)
+    moved = optimise(there.features, take.contacts,
+                     [seen(e, manifold.body).features for e in exemplars], manifold,
+                     settings=settings, weights=weights, seed=seed, networks=networks)
+    return onto_skeleton(take, there, moved, clean=clean, **back)

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from ..storage import FormatError, load_npz, plausible, read_table, save_npz
-from .body import Take, read_take, to_scale
-from .features import FEATURES, FPS, LEG_RANGE, bone_lengths
-from .joints import BONES, FEET
+from .body import Take, features_on, read_take
+from .canonical import mean_body, measured
+from .features import FEATURES, FPS, LEG_RANGE
+from .joints import BONES, FEET, JOINTS
 
 FORMAT, VERSION = "motions", 2       # with 2 the root's velocity is seen from the frame it leads to
 PATTERN = r"(?:^|_)(?P<content>[^_]+)_(?P<style>[^_]+)_[^_]*$"       # dataset-1_walk_old_001
@@ -40,16 +41,18 @@ class Labelled:
 
 @dataclass(frozen=True)
 class Dataset:
-    """Labelled clips of one skeleton.
+    """Labelled clips, of any skeletons, on one body.
 
     leg : leg length, in the unit of all features
     bones : (20,) lengths in the order of `joints.BONES`;  source : where they came from
+    rest : (21, 3) of the body (`canonical.Physique`)
     """
 
     clips: tuple[Labelled, ...]
     leg: float
     bones: np.ndarray
     source: str
+    rest: np.ndarray | None = field(default=None, repr=False)
 
     def select(self, *, style: str | None = None, content: str | None = None,
                held_out: bool | None = None, name: str | None = None) -> tuple[Labelled, ...]:
@@ -189,7 +192,7 @@ def prepare(folder: str | Path, labels: dict[Path, tuple[str, str]], *,
 
 def assemble(takes: Iterable[tuple[str, Take]], labels: dict[str, tuple[str, str]], source: str,
              fraction: float = HELD_OUT) -> Dataset:
-    """A Dataset of takes, all brought to the scale of the median leg.
+    """A Dataset of takes, all brought to one body, the median of theirs.
 
     takes : (name, Take), looked at one by one;  labels : {name: (content, style)}
     source : a name for all of them;  fraction : of each group kept out of training
@@ -198,8 +201,8 @@ def assemble(takes: Iterable[tuple[str, Take]], labels: dict[str, tuple[str, str
 
 
 def _part(take):
-    """What a Dataset needs of a Take: features, contacts, leg, bones, the recording's rate."""
-    return take.features, take.contacts, take.leg, bone_lengths(take.positions), take.clip.fps
+    """What a Dataset needs of a Take: points, contacts, its body, the recording's rate."""
+    return take.positions, take.contacts, measured(take.positions), take.clip.fps
 
 
 def _read_part(path, overrides):
@@ -208,13 +211,11 @@ def _read_part(path, overrides):
 
 def _assemble(parts, labels, source, fraction):
     kept_out = hold_out(labels, fraction)
-    leg = float(np.median([own_leg for _, _, own_leg, _, _ in parts.values()]))
-    bones = np.median([bones * (leg / own_leg) for _, _, own_leg, bones, _ in parts.values()],
-                      axis=0)
+    body = mean_body([own for _, _, own, _ in parts.values()])
     clips = tuple(Labelled(name, labels[name][0], labels[name][1], name in kept_out,
-                           to_scale(features, own_leg, leg), contacts, fps)
-                  for name, (features, contacts, own_leg, _, fps) in parts.items())
-    return Dataset(clips, leg, bones, source)
+                           features_on(positions, body, contacts), contacts, fps)
+                  for name, (positions, contacts, _, fps) in parts.items())
+    return Dataset(clips, body.leg, body.bones, source, body.rest)
 
 
 def save_dataset(path: str | Path, dataset: Dataset) -> None:
@@ -226,6 +227,8 @@ def save_dataset(path: str | Path, dataset: Dataset) -> None:
         "lengths": np.array([len(clip.features) for clip in clips]),
         "held_out": np.array([clip.held_out for clip in clips]), "bones": dataset.bones,
         "fps": np.array([clip.fps for clip in clips], dtype=float)}
+    if dataset.rest is not None:
+        arrays["rest"] = dataset.rest
     facts = {"names": [clip.name for clip in clips], "contents": [clip.content for clip in clips],
              "styles": [clip.style for clip in clips], "leg": dataset.leg, "source": dataset.source}
     save_npz(path, FORMAT, VERSION, arrays, facts)
@@ -248,6 +251,8 @@ def load_dataset(path: str | Path) -> Dataset:
     if not (whole and 0 < count == len(contents) == len(styles) and (lengths > 0).all()
             and all((arrays[key].dtype, arrays[key].shape) == needed[key] for key in needed)
             and (arrays["fps"] > 0).all() and np.isfinite(arrays["fps"]).all()
+            and ("rest" not in arrays or (arrays["rest"].shape == (JOINTS, 3)
+                                          and plausible(arrays["rest"])))
             and plausible(arrays["features"]) and plausible(arrays["bones"])
             and LEG_RANGE[0] <= facts["leg"] <= LEG_RANGE[1]):
         raise FormatError(f"{path}: found arrays and labels that do not fit each other, needed "
@@ -258,4 +263,4 @@ def load_dataset(path: str | Path) -> Dataset:
                       names, contents, styles, arrays["held_out"],
                       np.split(arrays["features"], cuts), np.split(arrays["contacts"], cuts),
                       arrays["fps"]))
-    return Dataset(clips, facts["leg"], arrays["bones"], facts["source"])
+    return Dataset(clips, facts["leg"], arrays["bones"], facts["source"], arrays.get("rest"))

@@ -70,7 +70,7 @@ def map_clip(clip: Clip, overrides: dict[str, str] | None = None,
                 found.get(s, (0, ""))[1] == "name" for s in (base, _other(base))):
             del found[tip]
     mapping = with_made_up(clip, {s: j for s, (j, _) in found.items()},
-                        {s: how for s, (_, how) in found.items()}, tree, rotations)
+                           {s: how for s, (_, how) in found.items()}, tree, rotations)
     faults = (_lacking(mapping) or _contradictions(clip, tree, named, read, overrides)
               or _misplaced(clip, tree, mapping, overrides))
     if faults:

@@ -95,6 +95,8 @@ def with_pose(clip: Clip, rotations: np.ndarray, translations: np.ndarray,
             order = full
             positions = tuple(c for c in joint.channels if c in POSITION_CHANNELS)
             joint = replace(joint, channels=positions + tuple(f"{axis}rotation" for axis in order))
+        if len(order) == 3:
+            angles = followed_euler(angles)
         angles = np.degrees(np.unwrap(angles[:, :len(order)], axis=0))
         values = dict(zip(POSITION_CHANNELS, translations[:, index].T))
         values.update({f"{axis}rotation": column for axis, column in zip(order, angles.T)})
@@ -102,6 +104,20 @@ def with_pose(clip: Clip, rotations: np.ndarray, translations: np.ndarray,
         columns += [values[channel] for channel in joint.channels]
     table = np.stack(columns, axis=1) if columns else np.zeros((len(rotations), 0))
     return Clip(tuple(joints), frame_time, table)
+
+
+def followed_euler(angles: np.ndarray) -> np.ndarray:
+    """Of the two readings of each frame, (a, b, c) and (a + pi, pi - b, c + pi), the one that is
+    nearer to the frame before, so that curves do not jump by half a turn.
+
+    angles : (T, 3) radians  ->  (T, 3), the first frame's as it was
+    """
+    def _far(x):
+        return np.abs(rotation.nearest_turn(x)).sum(axis=1)
+    other = angles * [1.0, -1.0, 1.0] + np.pi
+    swapped = _far(other[1:] - angles[:-1]) < _far(np.diff(angles, axis=0))
+    use = np.concatenate([[False], np.logical_xor.accumulate(swapped)])
+    return np.where(use[:, None], other, angles)
 
 
 def forward_kinematics(parents: Iterable[int], rotations: np.ndarray,

@@ -162,13 +162,22 @@ def on_scheme(clip, name):
     return _built(clip, rows), truth
 
 
+def _depth_first(parents):
+    """The joints in the order of a BVH file."""
+    order, stack = [], [j for j, parent in enumerate(parents) if parent < 0]
+    while stack:
+        j = stack.pop()
+        order.append(j)
+        stack += [k for k in reversed(range(len(parents))) if parents[k] == j]
+    return order
+
+
 def _built(clip, rows):
     """The skeleton of these rows in the clip's motion."""
     R, P = skeleton.forward_kinematics(clip.parents, *skeleton.local_pose(clip))
-    done, order = {}, []
-    while len(order) < len(rows):                        # a parent before its children
-        order += [row for row in rows if row[0] not in done and (row[1] is None or row[1] in done)]
-        done = {row[0]: n for n, row in enumerate(order)}
+    name = {row[0]: n for n, row in enumerate(rows)}
+    order = [rows[n] for n in _depth_first([name.get(row[1], -1) for row in rows])]
+    done = {row[0]: n for n, row in enumerate(order)}
     world_R, world_P, made, parents = [], [], [], []
     for joint, parent, carries, share, to in order:
         a, b = SLOT[carries], SLOT[to]
@@ -229,12 +238,7 @@ def as_biped(clip, thighs_under="Bip01_Spine", collars_under="Bip01_Neck"):
             parents[j] = names.index(thighs_under)
         if name.endswith("_Clavicle"):
             parents[j] = names.index(collars_under)
-    order, done = [], set()
-    while len(order) < len(names):
-        for j in range(len(names)):
-            if j not in done and (parents[j] < 0 or parents[j] in done):
-                order.append(j)
-                done.add(j)
+    order = _depth_first(parents)
     place = {j: n for n, j in enumerate(order)}
     joints, local_R, local_t = [], [], []
     for j in order:
