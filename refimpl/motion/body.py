@@ -11,7 +11,7 @@ import numpy as np
 
 from ..storage import plausible
 from . import bvh
-from .canonical import Physique, measured, to_body
+from .canonical import Physique, to_body
 from .clip import Clip, plus_offsets
 from .extend import extended
 from .features import FLOOR, FPS, LEG_RANGE, Start, encode, leg_length, root_motion, scale
@@ -111,10 +111,12 @@ def _around(positions, floor):
 class Seen:
     """A take as networks see it, on a body that they know.
 
+    positions : (T, 21, 3) of that body
     around : (T + 2 MARGIN, 66), the features with frames before and after, in which the clip goes
     on (`extend`);  start : of the first frame between;  ratio : how much longer that body's leg is
     """
 
+    positions: np.ndarray = field(repr=False)
     around: np.ndarray = field(repr=False)
     start: Start
     ratio: float
@@ -129,9 +131,10 @@ def seen(take: Take, body: Physique | None = None) -> Seen:
     """A take on another body, its own unless given."""
     if body is None:
         around, start = _around(take.positions, take.start.floor)
-        return Seen(around, start, 1.0)
-    around, start = _around(to_body(take.positions, body, take.contacts), 0.0)
-    return Seen(around, start, body.leg / measured(take.positions).leg)
+        return Seen(take.positions, around, start, 1.0)
+    positions = to_body(take.positions, body, take.contacts)
+    around, start = _around(positions, 0.0)
+    return Seen(positions, around, start, body.leg / take.leg)
 
 
 def features_on(positions: np.ndarray, body: Physique, contacts: np.ndarray) -> np.ndarray:

@@ -25,10 +25,16 @@ from scipy.ndimage import gaussian_filter1d
 from .features import FLOOR, bone_lengths, leg_length
 from .ground import resting_heights
 from .joints import BONES, FEET, HEELS, JOINTS, LEGS, PARENTS, SLOT, SLOTS, TOES
+from .names import depths
 from .rotation import exp_map, log_map, shortest_rotation
 
 PELVIS = [SLOT[name] for name in ("LeftUpLeg", "RightUpLeg", "Spine")]   # carried by the hips
 CHEST = [SLOT[name] for name in ("LeftArm", "RightArm", "Neck")]         # ... by the chest
+# The slot at the end of each slot's bone, and the slots by depth but hips and chest, which are
+# frames.
+_NEXT = {int(parent): slot for parent, slot in reversed(BONES)}
+_LEVELS = [[s for s, depth in enumerate(depths(PARENTS)) if depth == level
+            and s != SLOT["Chest"]] for level in range(1, max(depths(PARENTS)) + 1)]
 SET_SIGMA = 4.0                  # frames: how smoothly the body is set on its feet
 # What `only` may name: slots whose own change is kept.
 PARTS = {"hips": ("Hips",), "spine": ("Spine", "Chest"), "head": ("Neck", "Head"),
@@ -211,15 +217,15 @@ def change(before: np.ndarray, after: np.ndarray) -> Change:
     turns = np.empty((*before.shape[:2], 3, 3))
     for slot, (a, b) in zip((0, SLOT["Chest"]), zip(rigid_frames(before), rigid_frames(after))):
         turns[:, slot] = b @ a.swapaxes(1, 2)
-    for slot, parent in enumerate(PARENTS):
-        if slot in (0, SLOT["Chest"]):
-            continue
-        turns[:, slot] = turns[:, parent]
-        children = np.flatnonzero(PARENTS == slot)
-        if len(children):
-            a, b = (p[:, children[0]] - p[:, slot] for p in (before, after))
-            bone = (turns[:, parent] @ a[..., None])[..., 0]
-            turns[:, slot] = shortest_rotation(bone, b) @ turns[:, parent]
+    for level in _LEVELS:                            # slots of one depth together
+        tips = [slot for slot in level if slot not in _NEXT]
+        slots = [slot for slot in level if slot in _NEXT]
+        turns[:, tips] = turns[:, PARENTS[tips]]
+        if slots:
+            above, ends = turns[:, PARENTS[slots]], [_NEXT[slot] for slot in slots]
+            a, b = (p[:, ends] - p[:, slots] for p in (before, after))
+            bone = (above @ a[..., None])[..., 0]
+            turns[:, slots] = shortest_rotation(bone, b) @ above
     return Change(turns, after[:, 0] - before[:, 0])
 
 

@@ -2,7 +2,8 @@ r"""Back to the clip's own skeleton: a change of the 21 slots carried to every j
 
 A joint that feeds a slot turns with it. What feeds none is carried by the slot it hangs on: fingers
 by the hand, collar bones by the chest, twist joints by the limb, further spine joints by the spine.
-Thighs and collar bones belong to hips and chest wherever the file hangs them. No bone changes its
+Thighs and collar bones belong to hips and chest wherever the file hangs them, and get position
+channels where they need them for it. No bone changes its
 length, and where nothing changes the clip is as it was.
 """
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from .body import Take
 from .canonical import Change
-from .clip import POSITION_CHANNELS, Clip, Joint
+from .clip import Clip, Joint
 from .features import FPS
 from .joints import BONES, SLOT, Mapping
 from .rotation import slerp
@@ -57,10 +58,7 @@ def rig(joints: Sequence[Joint], mapping: Mapping) -> Rig:
         parent = joints[j].parent
         if parent < 0 or owner[parent] == SLOT[base]:
             continue
-        if set(POSITION_CHANNELS) <= set(joints[j].channels):
-            placed[j] = SLOT[base]
-        elif any(joints[j].offset):                  # its place would turn with the wrong slot
-            owner[parent] = SLOT[base]
+        placed[j] = SLOT[base]
     carries = [0] * len(mapping.joints)
     for _, slot in BONES:
         j = int(mapping.joints[slot])
@@ -70,13 +68,13 @@ def rig(joints: Sequence[Joint], mapping: Mapping) -> Rig:
     return Rig(tuple(owner), tuple(max(slot, 0) for slot in carries), placed)
 
 
-def moved_pose(clip: Clip, mapping: Mapping, rotations: np.ndarray, translations: np.ndarray,
-               found: Change) -> tuple[np.ndarray, np.ndarray]:
+def moved_pose(clip: Clip, mapping: Mapping, how: Rig, rotations: np.ndarray,
+               translations: np.ndarray, found: Change) -> tuple[np.ndarray, np.ndarray]:
     """A pose of the clip's joints after a change, both in the file's own axes.
 
     rotations (T, J, 3, 3), translations (T, J, 3)  ->  the same
     """
-    how, joints = rig(clip.joints, mapping), clip.joints
+    joints = clip.joints
     world, old = forward_kinematics(clip.parents, rotations, translations)
     new = np.stack([found.turns[:, slot] @ world[:, j] if slot >= 0 else world[:, j]
                     for j, slot in enumerate(how.owner)], axis=1)
@@ -111,28 +109,29 @@ def sampled(found: Change, times: np.ndarray) -> Change:
     return Change(turns, found.shift[a] + t[:, None] * (found.shift[b] - found.shift[a]))
 
 
-def moved_clip(take: Take, found: Change, fps: float | None = None) -> Clip:
+def moved_clip(take: Take, how: Rig, found: Change, fps: float | None = None) -> Clip:
     """The take's clip after a change of its motion, its strays as they were.
 
-    found : at 60 frames a second, y up;  fps : frames a second of the result, the clip's unless
-    given   ->  Clip
+    how : of `rig`;  found : at 60 frames a second, y up;  fps : frames a second of the result, the
+    clip's unless given   ->  Clip
     """
-    clip, strays, rate = take.clip, take.strays, fps or take.clip.fps
+    clip, strays, own = take.clip, take.strays, take.clip.fps
+    rate, rows = fps or own, len(clip.values)
     pose = local_pose(clip)
-    inner = (tuple(part[strays.begin:strays.end] for part in pose) if rate == clip.fps else
-             resample(*bridged(*pose, strays), clip.fps, rate))
+    inner = (tuple(part[strays.begin:strays.end] for part in pose) if rate == own else
+             resample(*bridged(*pose, strays), own, rate))
     frames = np.arange(len(inner[0]))
     here = sampled(found, frames * (FPS / rate))
     turn = take.upright
     here = Change(turn.T @ here.turns @ turn, here.shift @ turn)
-    made = moved_pose(clip, take.mapping, inner[0], inner[1], here)
-    every = rate / clip.fps
+    made = moved_pose(clip, take.mapping, how, inner[0], inner[1], here)
+    every = rate / own
     ends = [(np.arange(round(count * every)) / every).astype(int) + first
-            for count, first in ((strays.begin, 0), (clip.frames - strays.end, strays.end))]
-    at = np.minimum(strays.begin + np.rint(frames / every).astype(int), clip.frames - 1)
+            for count, first in ((strays.begin, 0), (rows - strays.end, strays.end))]
+    at = np.minimum(strays.begin + np.rint(frames / every).astype(int), rows - 1)
     lost = strays.lost[at]
     for new, old in zip(made, pose):
         new[lost] = old[at[lost]]
     whole = [np.concatenate([old[ends[0]], new, old[ends[1]]]) for new, old in zip(made, pose)]
     return with_pose(clip, whole[0], whole[1],
-                     clip.frame_time if rate == clip.fps else 1.0 / rate)
+                     clip.frame_time if rate == own else 1.0 / rate, free=how.placed)

@@ -67,14 +67,13 @@ def onto_skeleton(take: Take, content: Seen, features: np.ndarray, *, clean: boo
     clean : lock the feet where the content's are planted (`motion.foot_ik`)
     strength, only : see `canonical.weighed`;  fps : frames a second, the clip's unless given
     """
-    before, after = (decode(f, content.start) for f in (content.features, features))
-    found = change(before, after)
+    found = change(content.positions, decode(features, content.start))
     found = weighed(Change(found.turns, found.shift / content.ratio), strength, only)
-    carries = rig(take.clip.joints, take.mapping).carries
-    positions = applied(take.positions, found, carries)
+    how = rig(take.clip.joints, take.mapping)
+    positions = applied(take.positions, found, how.carries)
     if clean:
         planted = lock_feet(positions, take.contacts, take.toes)
         found = found.then(change(positions, planted))
         positions = planted
-    return Stylised(moved_clip(take, found, fps), positions, scale(features, 1 / content.ratio),
-                    strays=take.strays.said())
+    return Stylised(moved_clip(take, how, found, fps), positions,
+                    scale(features, 1 / content.ratio), strays=take.strays.said())

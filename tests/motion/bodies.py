@@ -253,6 +253,15 @@ def as_biped(clip, thighs_under="Bip01_Spine", collars_under="Bip01_Neck"):
     return skeleton.with_pose(empty, np.stack(local_R, 1), np.stack(local_t, 1), clip.frame_time)
 
 
+def stiff(clip):
+    """Another motion, of the Biped's names: the spine does not turn against the hips, nor the neck
+    against the chest."""
+    rotations, translations = skeleton.local_pose(clip)
+    for name in ("Bip01_Spine", "Bip01_Neck"):
+        rotations[:, clip.names.index(name)] = np.eye(3)
+    return skeleton.with_pose(clip, rotations, translations, clip.frame_time)
+
+
 def without(clip, gone):
     """The clip without some joints; what hung on them hangs on their parents, where it was."""
     R, P = skeleton.forward_kinematics(clip.parents, *skeleton.local_pose(clip))

@@ -117,6 +117,9 @@ def test_one_take_on_two_bodies_is_one_motion():
 def test_limbs_hung_elsewhere_get_the_same_result_with_rigid_sockets():
     usual, _ = bodies.on_scheme(bodies.walker(), "Biped, usual tree")
     results = []
+    bare = bodies.as_biped(bodies.stiff(usual))      # no position channels, thighs as still as hips
+    assert not any("position" in c for j in bare.joints[1:] for c in j.channels)
+    assert np.abs(_result(bare) - _result(bodies.stiff(usual))).max() < 1e-6
     for clip in (usual, bodies.as_biped(usual)):
         take = make_take(clip)
         there, features = styled_numbers(take, BODY)
@@ -127,6 +130,12 @@ def test_limbs_hung_elsewhere_get_the_same_result_with_rigid_sockets():
         sockets = (again.positions[:, canonical.PELVIS[:2]] - again.positions[:, [0]]) @ pelvis
         assert np.ptp(sockets, axis=0).max() < 1e-6
     np.testing.assert_allclose(results[1], results[0], atol=1e-6)
+
+
+def _result(clip):
+    take = make_take(clip)
+    there, features = styled_numbers(take, BODY)
+    return make_take(onto_skeleton(take, there, features).clip).positions
 
 
 def test_one_motion_written_in_many_ways_gives_one_result():
@@ -204,4 +213,6 @@ def test_planting_changes_legs_and_height_alone():
     still = [SLOT[s] for s in ("Hips", "Spine", "Chest", "Neck", "LeftArm", "RightHand")]
     np.testing.assert_allclose(turns[:, still], np.broadcast_to(np.eye(3), turns[:, still].shape),
                                atol=1e-9)
-    assert moved_clip(take, canonical.change(take.positions, planted)).frames == take.clip.frames
+    made_clip = moved_clip(take, rig(take.clip.joints, take.mapping),
+                           canonical.change(take.positions, planted))
+    assert made_clip.frames == take.clip.frames and made_clip.joints == take.clip.joints
