@@ -35,6 +35,7 @@ CHEST = [SLOT[name] for name in ("LeftArm", "RightArm", "Neck")]         # ... b
 _NEXT = {int(parent): slot for parent, slot in reversed(BONES)}
 _LEVELS = [[s for s, depth in enumerate(depths(PARENTS)) if depth == level
             and s != SLOT["Chest"]] for level in range(1, max(depths(PARENTS)) + 1)]
+FLAT = 5                         # frames with heel and toe planted that tell a foot's pitch
 SET_SIGMA = 4.0                  # frames: how smoothly the body is set on its feet
 # What `only` may name: slots whose own change is kept.
 PARTS = {"hips": ("Hips",), "spine": ("Spine", "Chest"), "head": ("Neck", "Head"),
@@ -87,8 +88,12 @@ def _frame(x, y):
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
-def measured(positions: np.ndarray) -> Physique:
-    """The body of a clip: medians over its frames.   positions : (T, 21, 3), y up  ->  Physique"""
+def measured(positions: np.ndarray, contacts: np.ndarray | None = None) -> Physique:
+    """The body of a clip: medians over its frames, of its feet's pitch over those in which heel and
+    toe are planted, or what the heights tell at which they rest.
+
+    positions : (T, 21, 3), y up;  contacts : (T, 4)  ->  Physique
+    """
     pelvis, chest = rigid_frames(positions)
     lengths, rests = bone_lengths(positions), resting_heights(positions)
     rest, by_child = np.zeros((JOINTS, 3)), dict(zip((c for _, c in BONES), lengths))
@@ -97,6 +102,12 @@ def measured(positions: np.ndarray) -> Physique:
         offsets = (positions[:, slots] - positions[:, [base]]) @ frame
         along[slots] = np.median(offsets, axis=0)
     drop = np.clip((rests[[0, 2]] - rests[[1, 3]]) / lengths[[HEELS[0], HEELS[1]]], -0.99, 0.99)
+    if contacts is not None:
+        for n, (heel, toe) in enumerate(zip(HEELS, TOES)):
+            flat = np.asarray(contacts[:, 2 * n] & contacts[:, 2 * n + 1], bool)
+            if flat.sum() >= FLAT:
+                bone = positions[flat, toe] - positions[flat, heel]
+                drop[n] = -np.median(bone[:, 1] / np.linalg.norm(bone, axis=-1))
     for slot, name in enumerate(SLOTS):
         if slot in (0, *PELVIS, *CHEST):
             continue
@@ -142,7 +153,7 @@ def to_body(positions: np.ndarray, body: Physique, contacts: np.ndarray) -> np.n
 
     positions : (T, 21, 3), y up;  contacts : (T, 4) of planted feet   ->  (T, 21, 3)
     """
-    own = measured(positions)
+    own = measured(positions, contacts)
     pelvis, chest = rigid_frames(positions)
     out, ratio = np.zeros_like(positions), body.leg / own.leg
     rests, rest = resting_heights(positions), body.rest

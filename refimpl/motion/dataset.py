@@ -202,7 +202,7 @@ def assemble(takes: Iterable[tuple[str, Take]], labels: dict[str, tuple[str, str
 
 def _part(take):
     """What a Dataset needs of a Take: points, contacts, its body, the recording's rate."""
-    return take.positions, take.contacts, measured(take.positions), take.clip.fps
+    return take.positions, take.contacts, measured(take.positions, take.contacts), take.clip.fps
 
 
 def _read_part(path, overrides):
