@@ -13,6 +13,7 @@ from ..styles.files import load_style
 from ..motion.dataset import find_clips, load_dataset
 from ..motion.features import Start, decode
 from ..motion.body import read_take, seen, to_scale
+from .bodies import COLUMNS
 from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole,
                       write_json, write_report)
 from .progress import Progress, table
@@ -26,6 +27,8 @@ _STYLE_COLUMNS = (
     ("content by gram", "{:.1%}"), ("content by joints", "{:.1%}"),
     ("style distance left", "{:.1%}"), ("content distance", "{:.1f}"),
     ("Fréchet distance", "{:.1f}"))
+_BODY_COLUMNS = (("system", "{}"), *COLUMNS, ("acceleration p99.9", "{:.0f}"),
+                 ("acceleration p99.9 of content", "{:.0f}"))
 _FEET_COLUMNS = (
     ("system", "{}"), ("skate", "{:.2f}"), ("sinks", "{:.2f}"), ("sinks at most", "{:.2f}"),
     ("bone error", "{:.1e}"), ("path error", "{:.1f}"), ("jerk / real", "{:.2f}"),
@@ -197,7 +200,8 @@ def _strip(path, motions, name):
 
 def _print(lines, by_style, speed, effect):
     for columns, title in ((_STYLE_COLUMNS, "style and content, all styles"),
-                           (_FEET_COLUMNS, "feet, bones, path, all styles (cm, cm/s)")):
+                           (_FEET_COLUMNS, "feet, bones, path, all styles (cm, cm/s)"),
+                           (_BODY_COLUMNS, "bodies, all styles (legs, legs/s, legs/s^2, degrees)")):
         print("\n" + title)
         _table(columns, lines)
     print("\neach style")

@@ -16,6 +16,7 @@ import numpy as np
 from ..fast import networks
 from ..holden2016 import bridge, rows, search
 from ..holden2016.own import Settings, optimise, pairs
+from .bodies import body_numbers
 from .classifiers import Classifier, fit_classifier, frechet_distance, gram_vectors, joint_vectors
 from .holden import TableRow, bone_errors, own_jerk, with_root
 from .measures import content_distance, style_distance
@@ -132,7 +133,7 @@ def measure(result: Take, content: Take, exemplars: Sequence[np.ndarray], manifo
             "sinks": depth[0], "sinks at most": depth[1], "bone error": bone_error(result, content),
             "path error": float(np.linalg.norm(path - wanted_path, axis=1).mean()),
             "jerk": jerk(result.positions, range(JOINTS), recorded=content.clip.fps),
-            "frames": len(features)}
+            "frames": len(features), **body_numbers(result.positions, content)}
 
 
 def bone_error(result: Take, content: Take) -> float:
@@ -204,6 +205,11 @@ def summarise_systems(rows: Sequence[TableRow],
         line |= {key: _each(of, key, np.nanmean)
                  for key in ("content distance", "skate", "sinks", "path error")}
         line |= {key: _each(of, key, np.max) for key in ("sinks at most", "bone error")}
+        line |= {key: _each(of, key, np.max) for key in ("hips off", "shoulders off")}
+        line |= {key: _each(of, key, np.nanmedian) for key in (
+            "foot pitch off", "hip height off", "slide", "slide of content", "lowest",
+            "lowest of content", "acceleration", "acceleration of content", "acceleration p99.9",
+            "acceleration p99.9 of content", "ends", "ends of content")}
         line["jerk / real"] = _mean(of, lambda r: r["jerk"] / real[r["style"]])
         took = [r for r in of if "seconds" in r]
         line["frames/s"] = (sum(r["frames"] for r in took) / sum(r["seconds"] for r in took)
