@@ -329,7 +329,7 @@ def test_version_inspect_and_transfer_for_programs(here, capsys):
 def test_what_nobody_foresaw_is_one_line_with_the_file(error, words, here, monkeypatch, capsys):
     from refimpl.commands import inspect
 
-    def fails(path, **how):
+    def fails(path, *more, **how):
         raise error
     monkeypatch.setattr(inspect, "read_clip", fails)
     assert main(["inspect", "c.bvh"]) == 2

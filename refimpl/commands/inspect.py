@@ -1,4 +1,4 @@
-"""`refimpl inspect`: what is in a BVH file, and what the networks would see of it.
+"""`refimpl inspect`: what is in a BVH file, or in a file of points, and what networks see of it.
 
 Exit status 2 when a joint that is needed was not found; what was found is printed, and written as a
 mapping file to complete, all the same.
@@ -14,6 +14,7 @@ from ..motion.features import FPS, bone_lengths, leg_length, path_length
 from ..motion.ground import stretches
 from ..motion.joints import SLOTS, MappingError
 from ..motion.mapping import map_clip
+from ..motion.points import is_points
 from ..storage import atomic_write
 from .options import InputPath, OutputPath, add_reading, reading, write_report
 
@@ -35,7 +36,8 @@ def add_commands(commands: Any) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Print what is in the clip and write what was asked for."""
     overrides, how = reading(arguments)
-    clip = read_clip(arguments.clip, **how)
+    clip = read_clip(arguments.clip, overrides, **how)
+    overrides = None if is_points(arguments.clip) else overrides
     try:
         mapping = map_clip(clip, overrides, arguments.clip)
     except MappingError as missing:

@@ -23,7 +23,7 @@ from ..motion.stylised import Stylised, onto_skeleton
 
 ACROSS = {"hips": ("LeftUpLeg", "RightUpLeg"), "shoulders": ("LeftArm", "RightArm")}
 SWINGING = [SLOT[side + part] for side in ("Left", "Right")
-          for part in ("Leg", "ForeArm", "Foot", "Toe")]
+            for part in ("Leg", "ForeArm", "Foot", "Toe")]
 ENDS = 12                        # frames at each end that are compared with the middle
 # Proportions: how much longer the bones to these slots are, by parts of the slots' names.
 BODIES: dict[str, dict[str, float]] = {

@@ -18,6 +18,7 @@ from .features import FLOOR, FPS, LEG_RANGE, Start, encode, leg_length, root_mot
 from .ground import planted_feet, resting_heights
 from .joints import BONES, HEELS, SLOT, Mapping
 from .mapping import map_clip
+from .points import is_points, read_points
 from .skeleton import carrier, forward_kinematics, local_pose, resample
 from .strays import Strays, bridged, find_strays
 
@@ -142,13 +143,17 @@ def features_on(positions: np.ndarray, body: Physique, contacts: np.ndarray) -> 
     return _around(to_body(positions, body, contacts), 0.0)[0][MARGIN:-MARGIN]
 
 
-def read_clip(path: str | Path, *, rate: float | None = None, positions: str = "replace") -> Clip:
-    """Read a BVH file that may say what is not so.
+def read_clip(path: str | Path, overrides: dict[str, str] | None = None, *,
+              rate: float | None = None, positions: str = "replace") -> Clip:
+    """Read a BVH file that may say what is not so, or a file of points (`points`).
 
-    path : the file;  rate : its frames a second, where its Frame Time is wrong;  positions : "add"
-    where position channels hold differences from the OFFSET   ->  Clip
+    path : the file;  overrides : {slot: number of a point};  rate : its frames a second, where its
+    Frame Time is wrong;  positions : "add" where position channels hold differences from the OFFSET
+    ->  Clip
     Raises BVHError, OSError.
     """
+    if is_points(path):
+        return read_points(path, overrides, rate)
     clip = bvh.read_bvh(path)
     clip = plus_offsets(clip) if positions == "add" else clip
     return replace(clip, frame_time=1.0 / rate) if rate else clip
@@ -162,7 +167,8 @@ def read_take(path: str | Path, overrides: dict[str, str] | None = None, *,
     Raises BVHError, MappingError, ValueError, OSError.
     """
     try:
-        return make_take(read_clip(path, rate=rate, positions=positions), overrides, str(path))
+        return make_take(read_clip(path, overrides, rate=rate, positions=positions),
+                         None if is_points(path) else overrides, str(path))
     except ValueError as error:
         if str(path) in str(error):
             raise

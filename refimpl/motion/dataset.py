@@ -133,7 +133,7 @@ def _read_part(piece, overrides, how):
     path = piece.path
     if piece.end < 0:
         return _part(read_take(path, overrides, **how))
-    clip = read_clip(path, **how)
+    clip = read_clip(path, overrides, **how)
     if piece.end > clip.frames:
         raise LabelError(f"{path}: found {clip.frames} rows, needed {piece.end} for the labelled "
                          f"part {piece.begin} to {piece.end}")
