@@ -23,7 +23,8 @@ from .skeleton import with_pose
 ENDINGS = (".npy", ".npz")
 # The slots among SMPL's joints: its spine1 and spine3 are Spine and Chest, its foot is the toe.
 SMPL = dict(zip(SLOTS, (0, 1, 4, 7, 10, 2, 5, 8, 11, 3, 9, 12, 15, 16, 18, 20, 22, 17, 19, 21, 23)))
-USUAL_RATES = {21: 60.0, 22: 20.0, 24: 20.0}           # frames a second where none is told; 20: HumanML3D
+# Frames a second where none is told; 20 is HumanML3D's.
+USUAL_RATES = {21: 60.0, 22: 20.0, 24: 20.0}
 LONGEST = 1 << 28                # bytes of an array in a file
 
 
