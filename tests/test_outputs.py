@@ -343,9 +343,9 @@ def test_version_inspect_and_transfer_for_programs(here, capsys):
 def test_what_nobody_foresaw_is_one_line_with_the_file(error, words, here, monkeypatch, capsys):
     from refimpl.commands import inspect
 
-    def fails(path):
+    def fails(path, *more, **how):
         raise error
-    monkeypatch.setattr(inspect.bvh, "read_bvh", fails)
+    monkeypatch.setattr(inspect, "read_clip", fails)
     assert main(["inspect", "c.bvh"]) == 2
     err = capsys.readouterr().err
     assert err.startswith("refimpl: error: c.bvh: ") and words in err and err.count("\n") == 1

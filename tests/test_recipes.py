@@ -2,6 +2,7 @@
 specification, its planted fault, its test or its line in the map.
 """
 
+from dataclasses import replace
 from pathlib import Path
 import re
 
@@ -15,8 +16,8 @@ from refimpl.conformance.specification import Operation, Sample
 from refimpl.conformance.verify import verify_operation
 from refimpl.embedded import walkers
 from refimpl.holden2017.objective import EQUATION_10
-from refimpl.motion import joints
-from refimpl.motion.clip import Clip, Joint
+from refimpl.motion import joints, names
+from refimpl.motion.mapping import map_clip
 from tests.conformance.faults import FAULTS
 
 ROOT = Path(__file__).parent.parent
@@ -58,15 +59,15 @@ def test_a_new_operation_is_verified_and_a_fault_in_it_is_caught(monkeypatch):
     assert any(outcome.status == "failed" for outcome in outcomes)
 
 
-def test_a_new_skeletons_names_are_one_entry(monkeypatch):
-    names = {slot: f"bone{number}" for number, slot in enumerate(joints.SLOTS)}
+def test_a_new_skeletons_word_is_one_entry(monkeypatch):
     clip = walkers.make_clip("walk", "normal", seconds=1.0).clip
-    strange = Clip(tuple(Joint(names.get(j.name, j.name), j.parent, j.offset, j.channels,
-                               j.end_site) for j in clip.joints), clip.frame_time, clip.values)
-    with pytest.raises(joints.MappingError):
-        joints.map_joints(strange.joints)
-    monkeypatch.setitem(joints.FAMILIES, "strange", " ".join(names.values()))
-    assert joints.map_joints(strange.joints).family == "strange"
+    strange = replace(clip, joints=tuple(replace(j, name=j.name.replace("ForeArm", "Unterarm"))
+                                         for j in clip.joints))
+    slot = joints.SLOT["LeftForeArm"]
+    assert map_clip(strange).how[slot] == "tree"
+    monkeypatch.setitem(names.PLACES["Arm"], "unterarm", (2,))
+    monkeypatch.setattr(names, "KNOWN", names.KNOWN | {"unterarm"})
+    assert map_clip(strange).how[slot] == "name"
 
 
 def test_every_operation_has_its_specification_fault_test_and_line_in_the_map():

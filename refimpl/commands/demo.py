@@ -105,7 +105,8 @@ def _manifold(dataset, seed):
     epochs = train_autoencoder(X, epochs=_EPOCHS["autoencoder"], rate=_RATES["autoencoder"],
                                hidden=_HIDDEN, seed=seed, gradients=autoencoder_gradients)
     records, state = _follow(epochs, _EPOCHS["autoencoder"])
-    return Manifold(state.params, normaliser, dataset.leg, dataset.bones), records
+    return Manifold(state.params, normaliser, dataset.leg, dataset.bones,
+                    rest=dataset.rest), records
 
 
 def _style(lesson, manifold, name, seed):

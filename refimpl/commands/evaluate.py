@@ -11,9 +11,9 @@ from ..experiments import evaluate
 from ..holden2016 import bridge
 from ..styles.files import load_style
 from ..motion.dataset import find_clips, load_dataset
-from ..motion.body import to_scale
 from ..motion.features import Start, decode
-from ..motion.body import read_take
+from ..motion.body import read_take, seen, to_scale
+from .bodies import COLUMNS
 from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole,
                       write_json, write_report)
 from .progress import Progress, table
@@ -27,6 +27,8 @@ _STYLE_COLUMNS = (
     ("content by gram", "{:.1%}"), ("content by joints", "{:.1%}"),
     ("style distance left", "{:.1%}"), ("content distance", "{:.1f}"),
     ("Fréchet distance", "{:.1f}"))
+_BODY_COLUMNS = (("system", "{}"), *COLUMNS, ("acceleration p99.9", "{:.0f}"),
+                 ("acceleration p99.9 of content", "{:.0f}"))
 _FEET_COLUMNS = (
     ("system", "{}"), ("skate", "{:.2f}"), ("sinks", "{:.2f}"), ("sinks at most", "{:.2f}"),
     ("bone error", "{:.1e}"), ("path error", "{:.1f}"), ("jerk / real", "{:.2f}"),
@@ -157,22 +159,23 @@ def _style_rows(dataset, style, contents, classifiers, arguments, paths, progres
     """
     manifold, drawn = style.manifold, False
 
-    def _row(system, clip, measured, features, leg):
+    def _row(system, clip, measured, features):
         return ({"style": style.name, "system": system, "content": clip.content, "clip": clip.name,
-                 **measured}, classifiers["joints"].embed(to_scale(features, leg, manifold.leg)))
+                 **measured}, classifiers["joints"].embed(features))
     for clip in contents:
         take = read_take(paths[clip.name])
         exemplars = evaluate.exemplars_of(dataset, style, clip.content)
         motions = {"style": decode(exemplars[0], Start()), "content": take.positions}
         yield _row("content", clip, evaluate.measure(take, take, exemplars, manifold, classifiers),
-                   take.features, take.leg)
+                   seen(take, manifold.body).features)
         for system, result, seconds in evaluate.carry_out(take, exemplars, style, network=network):
             label = "_".join(re.findall(r"\w+", system))
             again = evaluate.read_back(
                 result.clip, arguments.out / f"{style.name}_{Path(clip.name).name}_{label}.bvh")
             measured = evaluate.measure(again, take, exemplars, manifold, classifiers)
             motions[system] = again.positions
-            yield _row(system, clip, {**measured, "seconds": seconds}, again.features, take.leg)
+            yield _row(system, clip, {**measured, "seconds": seconds},
+                       seen(again, manifold.body).features)
         progress.step(f"{style.name}, {clip.name}")
         if not drawn:
             drawn = True
@@ -181,7 +184,7 @@ def _style_rows(dataset, style, contents, classifiers, arguments, paths, progres
         if clip.content in style.contents and clip.content in {c.content for c in contents}:
             exemplars = evaluate.exemplars_of(dataset, style, clip.content)
             measured = evaluate.measure_real(clip, dataset.leg, exemplars, manifold, classifiers)
-            yield _row("real", clip, measured, clip.features, dataset.leg)
+            yield _row("real", clip, measured, to_scale(clip.features, dataset.leg, manifold.leg))
 
 
 def _strip(path, motions, name):
@@ -197,7 +200,8 @@ def _strip(path, motions, name):
 
 def _print(lines, by_style, speed, effect):
     for columns, title in ((_STYLE_COLUMNS, "style and content, all styles"),
-                           (_FEET_COLUMNS, "feet, bones, path, all styles (cm, cm/s)")):
+                           (_FEET_COLUMNS, "feet, bones, path, all styles (cm, cm/s)"),
+                           (_BODY_COLUMNS, "bodies, all styles (legs, legs/s, legs/s^2, degrees)")):
         print("\n" + title)
         _table(columns, lines)
     print("\neach style")

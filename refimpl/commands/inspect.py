@@ -1,6 +1,7 @@
-"""`refimpl inspect`: what is in a BVH file, and what the networks would see of it.
+"""`refimpl inspect`: what is in a BVH file, or in a file of points, and what networks see of it.
 
-Exit status 2 when a joint that is needed was not found; what was found is printed all the same.
+Exit status 2 when a joint that is needed was not found; what was found is printed, and written as a
+mapping file to complete, all the same.
 """
 
 import argparse
@@ -8,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from ..motion import bvh
-from ..motion.features import bone_lengths, leg_length
-from ..motion.joints import SLOTS, MappingError, map_joints, read_mapping
-from ..motion.body import guess_unit, make_take, standing_height
+from ..motion.body import guess_unit, make_take, metres, read_clip, standing_height
+from ..motion.features import FPS, bone_lengths, leg_length, path_length
+from ..motion.ground import stretches
+from ..motion.joints import SLOTS, MappingError
+from ..motion.mapping import map_clip
+from ..motion.points import is_points
 from ..storage import atomic_write
-from .options import InputPath, OutputPath, write_report
+from .options import InputPath, OutputPath, add_reading, reading, write_report
 
 DEEPEST = 40                                                     # levels of indentation shown
 
@@ -22,52 +25,65 @@ def add_commands(commands: Any) -> None:
     """Add `refimpl inspect` to the subparsers of the command line."""
     command = commands.add_parser("inspect", help="say what is in a BVH file", description=__doc__)
     command.add_argument("clip", metavar="CLIP.bvh", type=InputPath)
-    command.add_argument("--mapping", metavar="FILE.csv", type=InputPath,
-                         help="lines slot,joint for a skeleton with other names")
+    add_reading(command)
     command.add_argument("--write-mapping", metavar="FILE.csv", type=OutputPath,
-                         help="write the joints that were found as such a file, to be changed by "
-                              "hand")
+                         help="write the joints that were found as such a file, `?` where none "
+                              "was, to be changed by hand")
     command.add_argument("--json", metavar="FILE", type=OutputPath, help="write the same as JSON")
     command.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Print what is in the clip and write what was asked for."""
-    clip = bvh.read_bvh(arguments.clip)
-    overrides = read_mapping(arguments.mapping) if arguments.mapping else None
+    overrides, how = reading(arguments)
+    clip = read_clip(arguments.clip, overrides, **how)
+    overrides = None if is_points(arguments.clip) else overrides
     try:
-        mapping = map_joints(clip.joints, overrides, arguments.clip)
+        mapping = map_clip(clip, overrides, arguments.clip)
     except MappingError as missing:
-        print("\n".join(_lines(clip, arguments.clip, {}, [f"missing: {missing}"])))
+        feeds = {clip.names.index(joint): [slot] for slot, joint in missing.guesses.items()}
+        print("\n".join(_lines(clip, arguments.clip, feeds, [f"missing: {missing}"])))
+        _write_mapping(arguments.write_mapping,
+                       {slot: missing.guesses.get(slot, "?") for slot in SLOTS})
         raise
     take = make_take(clip, overrides, arguments.clip)
     facts = _facts(clip, take)
     print("\n".join(_lines(clip, arguments.clip, _feeds(mapping), _body(take, mapping, facts))))
-    rows = [{"slot": slot, "joint": clip.joints[int(joint)].name, "made up": bool(tip.any())}
-            for slot, joint, tip in zip(SLOTS, mapping.joints, mapping.tips)]
+    rows = [{"slot": slot, "joint": clip.joints[int(joint)].name, "made up": bool(tip.any()),
+             "how": how}
+            for slot, joint, tip, how in zip(SLOTS, mapping.joints, mapping.tips, mapping.how)]
     if arguments.json:
-        settings = {"clip": arguments.clip, "mapping": arguments.mapping}
+        settings = {key: value for key, value in vars(arguments).items() if key != "run"}
         write_report(arguments.json, "inspect", settings, rows, **facts)
-    if arguments.write_mapping:
-        with atomic_write(arguments.write_mapping) as file:
-            file.write("".join(f"{row['slot']},{row['joint']}\n" for row in rows
-                               if not row["made up"]))
+    _write_mapping(arguments.write_mapping,
+                   {row["slot"]: row["joint"] for row in rows if not row["made up"]})
+
+
+def _write_mapping(path, joints):
+    if path:
+        with atomic_write(path) as file:
+            file.write("".join(f"{slot},{joint}\n" for slot, joint in joints.items()))
 
 
 def _facts(clip, take):
     """What a program may want to know of the clip."""
     height = standing_height(bone_lengths(take.positions))
+    seconds = len(take.positions) / FPS
+    steps = sum(begin > 0 for foot in (take.contacts[:, :2], take.contacts[:, 2:])
+                for begin, _ in stretches(foot.any(axis=1)))
     return {"joints": len(clip.joints), "frames": clip.frames, "fps": clip.fps,
             "height": float(height), "up": "y" if np.allclose(take.upright, np.eye(3)) else "z",
-            "unit": guess_unit(height)}
+            "unit": guess_unit(height),
+            "speed, m/s": path_length(take.features) * metres(height) / seconds,
+            "steps a minute": 60 * steps / seconds}
 
 
 def _feeds(mapping):
     """{joint: list of the slots that it feeds, in words}"""
     feeds: dict[int, list[str]] = {}
-    for slot, joint, tip in zip(SLOTS, mapping.joints, mapping.tips):
-        words = f"{slot} (made up: a point beyond it)" if tip.any() else slot
-        feeds.setdefault(int(joint), []).append(words)
+    for slot, joint, how in zip(SLOTS, mapping.joints, mapping.how):
+        feeds.setdefault(int(joint), []).append(
+            slot if how == "name" else f"{slot} ({'by the tree' if how == 'tree' else how})")
     return feeds
 
 
@@ -87,12 +103,19 @@ def _lines(clip, name, feeds, note):
 
 def _body(take, mapping, facts):
     planted = take.contacts.mean(axis=0)
+    counts = {words: mapping.how.count(how) for how, words in (
+        ("name", "by name"), ("tree", "by the tree"), ("mapping", "by the mapping file"))}
+    counts["made up"] = len(mapping.made_up)
+    found = ", ".join(f"{count} {words}" for words, count in counts.items() if count)
+    made = "".join(f"; {slot} is {how}" for slot, how in mapping.made_up.items())
     return [
-        f"skeleton: {mapping.family} names; all 21 joints found",
+        f"skeleton: all 21 joints, {found}{made}",
         f"size: leg {leg_length(take.positions):.4g}, head joint at {facts['height']:.4g} when "
         f"standing; probably {facts['unit']}",
         f"axes: {facts['up']} is up; floor at {take.start.floor:.4g}; faces "
         f"{np.degrees(take.start.yaw):.0f} degrees from +z at the start",
+        f"pace: {facts['speed, m/s']:.2f} m/s on average, {facts['steps a minute']:.0f} steps a "
+        "minute; if no body moves so, the Frame Time is wrong: --rate sets it right",
         f"at 60 frames/s: {len(take.positions)} frames; feet planted: "
         f"left heel {planted[0]:.0%}, left toe {planted[1]:.0%}, "
         f"right heel {planted[2]:.0%}, right toe {planted[3]:.0%} of them"]

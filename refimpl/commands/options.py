@@ -10,6 +10,9 @@ import re
 from typing import Any
 
 from .. import __version__
+from ..motion.canonical import PARTS
+from ..motion.clip import POSITIONS_MEAN
+from ..motion.joints import read_mapping
 from ..storage import atomic_write, is_special
 
 
@@ -50,6 +53,20 @@ def number(*, least: float | None = None, above: float | None = None,
     return read
 
 
+def parts(text: str) -> tuple[str, ...]:
+    """An argparse type: some parts of a body, with commas between.
+
+    >>> parts("arms,spine")
+    ('arms', 'spine')
+    """
+    found = tuple(word.strip() for word in text.split(","))
+    unknown = [word for word in found if word not in PARTS]
+    if unknown:
+        raise argparse.ArgumentTypeError(
+            f"found {unknown[0]!r}, needed some of {', '.join(PARTS)}, with commas between")
+    return found
+
+
 def pattern(text: str) -> str:
     """An argparse type: a regular expression."""
     try:
@@ -65,6 +82,22 @@ class _Path(str):
         if not text:
             raise argparse.ArgumentTypeError("found '', needed a name")
         return super().__new__(cls, text)
+
+
+def add_reading(command: argparse.ArgumentParser) -> None:
+    """Add the options that say how a clip is to be read."""
+    command.add_argument("--mapping", metavar="FILE.csv", type=InputPath,
+                         help="lines slot,joint for what is not found as it should be")
+    command.add_argument("--rate", metavar="FPS", type=number(above=0),
+                         help="frames a second of the clip, where its Frame Time is wrong")
+    command.add_argument("--positions", choices=POSITIONS_MEAN, default=POSITIONS_MEAN[0],
+                         help="what position channels do to the OFFSET (default: %(default)s)")
+
+
+def reading(arguments: argparse.Namespace) -> tuple[dict[str, str] | None, dict[str, Any]]:
+    """What these options say.   ->  {slot: joint} or None, options of `motion.body.read_clip`"""
+    overrides = read_mapping(arguments.mapping) if arguments.mapping else None
+    return overrides, {"rate": arguments.rate, "positions": arguments.positions}
 
 
 class InputPath(_Path):

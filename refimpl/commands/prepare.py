@@ -2,13 +2,15 @@
 
 import argparse
 from pathlib import Path
+import re
 from typing import Any
 
 from ..motion.dataset import (HELD_OUT, PATTERN, Dataset, find_clips, labels_by_pattern,
                               labels_from_file, prepare, save_dataset)
 from ..motion.features import FPS
 from ..motion.joints import read_mapping
-from .options import InputFolder, InputPath, OutputPath, number, whole
+from .options import (InputFolder, InputPath, OutputPath, add_reading, number, pattern, reading,
+                      whole)
 from .progress import Progress, table
 from .workers import workers
 
@@ -22,14 +24,19 @@ def add_commands(commands: Any) -> None:
     command.add_argument("-o", "--output", metavar="MOTIONS.npz", type=OutputPath, required=True)
     labels = command.add_mutually_exclusive_group()
     labels.add_argument("--labels", metavar="LABELS.csv", type=InputPath,
-                        help="header clip,content,style; a clip by its path below FOLDER or its "
-                             "name")
+                        help="header clip,content,style[,begin,end], or 100STYLE's "
+                             "Frame_Cuts.csv; a clip by its path below FOLDER or its name")
     labels.add_argument("--pattern", metavar="REGEX", default=PATTERN,
                         help="searched in each file's name without its ending; named groups "
                              "content and style; other files are left out "
                              f"(default: {PATTERN.replace('%', '%%')})")
-    command.add_argument("--mapping", metavar="FILE.csv", type=InputPath,
-                         help="lines slot,joint for skeletons with other names")
+    add_reading(command)
+    command.add_argument("--mapping-for", nargs=2, action="append", default=[],
+                         metavar=("REGEX", "FILE.csv"),
+                         help="a mapping file for the clips in whose path REGEX is found; may be "
+                              "given several times, the first that fits counts")
+    command.add_argument("--skip-bad", action="store_true",
+                         help="leave out clips that cannot be used, and list them")
     command.add_argument("--hold-out", type=number(least=0, below=1), default=HELD_OUT,
                          metavar="SHARE",
                          help="share of the clips of each content and style kept out of training, "
@@ -41,19 +48,38 @@ def add_commands(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Read the clips, write the data set and print what is in it."""
-    overrides = read_mapping(arguments.mapping) if arguments.mapping else None
+    general, how = reading(arguments)
+    special = [(re.compile(pattern(regex)), read_mapping(path))
+               for regex, path in arguments.mapping_for]
     folder = Path(arguments.folder)
     paths = find_clips(folder)
     labels = (labels_from_file(paths, arguments.labels, folder) if arguments.labels
               else labels_by_pattern(paths, arguments.pattern))
-    progress = Progress(len(labels), "clip")
+    _say_labels(labels, arguments.labels)
+    progress, bad = Progress(len(labels), "clip"), []
     with workers(arguments.processes) as executor:
-        dataset = prepare(folder, labels, fraction=arguments.hold_out, overrides=overrides,
-                          report=lambda path: progress.step(path.name), executor=executor)
+        dataset = prepare(
+            folder, labels, fraction=arguments.hold_out, report=lambda path: progress.step(
+                path.name), executor=executor, overrides=lambda path: next(
+                    (own for regex, own in special if regex.search(path.as_posix())), general),
+            skip=(lambda path, why: bad.append(str(why))) if arguments.skip_bad else None, **how)
     save_dataset(arguments.output, dataset)
     print("\n".join(clips_by_style(dataset)))
     print(f"{arguments.output}: {len(dataset.clips)} of {len(paths)} clips, "
           f"{sum(c.held_out for c in dataset.clips)} kept out of training")
+    if bad:
+        print("\n".join([f"left out, {len(bad)}:", *(f"  {why}" for why in bad)]))
+
+
+def _say_labels(labels, table_file):
+    """Where the labels came from, and what they are."""
+    contents, styles = (sorted({both[n] for both in labels.values()}) for n in (0, 1))
+    print(f"from {'the table' if table_file else 'the names'}: content {_few(contents)}; style "
+          f"{_few(styles)}")
+
+
+def _few(words, most=8):
+    return ", ".join(words[:most]) + (f" and {len(words) - most} more" if len(words) > most else "")
 
 
 def clips_by_style(dataset: Dataset) -> list[str]:

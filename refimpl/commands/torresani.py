@@ -19,7 +19,7 @@ from ..torresani2006.regress import MODELS
 from ..torresani2006.segment import segment
 from ..torresani2006.synthesise import (LOOKS, NEIGHBOURS, check_style, contents_of, observed_style,
                                         synthesise)
-from . import code_2016, ground, holden
+from . import bodies, code_2016, ground, holden
 from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole,
                       write_json)
 from .progress import Progress, table
@@ -61,6 +61,7 @@ def add_commands(commands: Any) -> None:
     holden.add_command(papers)
     ground.add_command(papers)
     code_2016.add_command(papers)
+    bodies.add_command(papers)
     command = papers.add_parser(
         "torresani",
         help="Table 1 and Figure 1 of Torresani 2006, segmentation and synthesis measured",

@@ -151,7 +151,8 @@ def run_autoencoder(arguments: argparse.Namespace) -> None:
         X, state=state, **settings,
         gradients=sharded(autoencoder_gradients, arguments.threads, executor)))
     save_manifold(arguments.output,
-                  Manifold(params, normaliser, dataset.leg, dataset.bones, arguments.depooling))
+                  Manifold(params, normaliser, dataset.leg, dataset.bones, arguments.depooling,
+                           dataset.rest))
     finish(arguments)
     print(f"{arguments.output}: {arguments.hidden} hidden units, "
           f"filters of {arguments.width} frames")

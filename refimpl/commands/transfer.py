@@ -1,4 +1,4 @@
-"""`refimpl transfer`: a clip in another style, on its own skeleton, at 60 frames a second."""
+"""`refimpl transfer`: a clip in another style, on its own skeleton, at its own rate."""
 
 import argparse
 import sys
@@ -13,11 +13,14 @@ from ..holden2017.transfer import transfer
 from ..motion.body import carries_hips, guess_unit, read_take, standing_height
 from ..motion.bvh import write_bvh
 from ..motion.features import bone_lengths, path_length
-from ..motion.joints import SLOT, MappingError, read_mapping
-from ..motion.part import part_of
-from .options import InputPath, OutputPath, check_ending, number, whole, write_report
+from ..motion.canonical import PARTS
+from ..motion.clip import plus_offsets
+from ..motion.joints import SLOT, MappingError
+from ..motion.part import frames_of, part_of
+from .options import (InputPath, OutputPath, add_reading, check_ending, number, parts, reading,
+                      whole, write_report)
 
-DESCRIPTION = """A clip in another style, on its own skeleton, at 60 frames a second: by a trained
+DESCRIPTION = """A clip in another style, on its own skeleton, at its own rate: by a trained
 network (the system of 2017), or by an optimisation that needs no training for a new style (that of
 2016): --method optimise --content CLIP.bvh --style S.bvh with either --manifold M.npz, a loss
 network of this package, or --network and --preprocess, the two files of the authors' own network or
@@ -37,20 +40,26 @@ def add_commands(commands: Any) -> None:
                          help="what `refimpl train-style` wrote")
     command.add_argument("clip", metavar="CLIP.bvh", nargs="?", type=InputPath, help="the content")
     command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputPath, required=True)
-    command.add_argument("--mapping", metavar="FILE.csv", type=InputPath,
-                         help="lines slot,joint for a skeleton with other names")
+    add_reading(command)
     command.add_argument("--from", dest="begin", metavar="SECONDS", type=number(least=0),
-                         default=0.0, help="stylise and write the clip from here on "
+                         default=0.0, help="write the clip from here on "
                          "(default: from its first row)")
     command.add_argument("--to", dest="end", metavar="SECONDS", type=number(above=0),
-                         help="and until here, both counted from the clip's first row "
-                         "(default: to its last)")
+                         help="and until here, both counted from the clip's first row; the whole "
+                         "clip is stylised for it (default: to its last)")
     command.add_argument("--raw", action="store_true",
                          help="what the method gives as it is, jitter and sliding feet included")
     command.add_argument("--no-projection", action="store_true",
                          help="T(I) alone, without the manifold projection P")
     command.add_argument("--own-pace", action="store_true",
                          help="walk the content's path as fast as the result's feet step")
+    command.add_argument("--strength", type=number(least=0), default=1.0, metavar="S",
+                         help="how much of the change: 0 is the content, 1 the style "
+                              "(default: %(default)g)")
+    command.add_argument("--only", type=parts, default=(), metavar="A,B",
+                         help=f"change these parts alone, of {', '.join(PARTS)}")
+    command.add_argument("--fps", type=number(above=0), metavar="FPS",
+                         help="frames a second of the result (default: the clip's own)")
     command.add_argument("--plot", metavar="OUT.png", type=OutputPath,
                          help="draw content and result, a pose at a time, from the side")
     command.add_argument("--animate", metavar="OUT.html", type=OutputPath,
@@ -93,7 +102,7 @@ def run(arguments: argparse.Namespace) -> None:
     optimised = arguments.method == "optimise"
     content = _check_method(arguments)
     check_ending(arguments.output, ".bvh")
-    overrides = read_mapping(arguments.mapping) if arguments.mapping else None
+    overrides, how = reading(arguments)
     if optimised:
         network = (bridge.read(arguments.network, arguments.preprocess)
                    if arguments.network else None)
@@ -103,20 +112,26 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         style = load_style(arguments.style_file)
         name = repr(style.name)
-    take = part_of(read_take(content, overrides), arguments.begin, arguments.end)
+    take = read_take(content, overrides, **how)
+    frames = frames_of(take, arguments.begin, arguments.end)
     if optimised:
         result = _optimise(arguments, take, exemplars, manifold, network)
     else:
         result = transfer(take, style, projected=not arguments.no_projection,
-                          clean=not arguments.raw, own_pace=arguments.own_pace, networks=networks)
-    write_bvh(arguments.output, result.clip)
+                          clean=not arguments.raw, own_pace=arguments.own_pace,
+                          networks=networks, **_back(arguments))
+    result = part_of(take, result, arguments.begin, arguments.end)
+    positions = take.positions[frames]
+    write_bvh(arguments.output, plus_offsets(result.clip, -1.0) if arguments.positions == "add"
+              else result.clip)
     unit = guess_unit(standing_height(bone_lengths(take.positions)))
     # The distance between the paths that were written and read.
-    apart = np.linalg.norm((result.positions - take.positions)[:, SLOT["Hips"], [0, 2]], axis=-1)
-    mean, largest, way = float(apart.mean()), float(apart.max()), path_length(take.features)
+    apart = np.linalg.norm((result.positions - positions)[:, SLOT["Hips"], [0, 2]], axis=-1)
+    mean, largest, way = float(apart.mean()), float(apart.max()), path_length(take.features[frames])
     stays = ("" if carries_hips(take) else "; the file has no joint with three position channels "
              "to carry it: it stays where the content is")
-    print(f"{arguments.output}: {result.clip.frames} frames at 60 frames/s in style {name}; its "
+    print(f"{arguments.output}: {result.clip.frames} frames at "
+          f"{result.clip.fps:g} frames/s in style {name}; its "
           f"path leaves the content's by {mean:.3g} on average, {largest:.3g} at most, of a way of "
           f"{way:.3g} ({unit}){stays}")
     for warning in result.warnings:
@@ -130,14 +145,15 @@ def run(arguments: argparse.Namespace) -> None:
         settings = {key: value for key, value in vars(arguments).items() if key != "run"}
         write_report(arguments.json, "transfer", settings, [row])
     if arguments.plot or arguments.animate:
-        _draw(take.positions, result, arguments.plot, arguments.animate, unit)
+        _draw(positions, result, arguments.plot, arguments.animate, unit)
 
 
 def _optimise(arguments, take, exemplars, manifold, network):
     chosen = {"style": arguments.weight_style, "start": arguments.start,
               "iterations": arguments.iterations}
     chosen = {key: value for key, value in chosen.items() if value is not None}
-    common: dict[str, Any] = {"clean": not arguments.raw, "seed": arguments.seed or 0}
+    common: dict[str, Any] = {"clean": not arguments.raw, "seed": arguments.seed or 0,
+                              **_back(arguments)}
     if arguments.form == "coded":
         if "style" in chosen:
             share = chosen.pop("style")
@@ -145,6 +161,11 @@ def _optimise(arguments, take, exemplars, manifold, network):
         return bridge.transfer(take, exemplars[0].positions, network, **chosen, **common)
     return own.transfer(take, exemplars, manifold or network.manifold(),
                         settings=own.Settings(**chosen), networks=networks, **common)
+
+
+def _back(arguments):
+    """How the change comes back to the clip."""
+    return {"strength": arguments.strength, "only": arguments.only, "fps": arguments.fps}
 
 
 def _exemplar(path, overrides):

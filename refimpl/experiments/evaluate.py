@@ -16,6 +16,7 @@ import numpy as np
 from ..fast import networks
 from ..holden2016 import bridge, rows, search
 from ..holden2016.own import Settings, optimise, pairs, stylised_features
+from .bodies import body_numbers
 from .classifiers import Classifier, fit_classifier, frechet_distance, gram_vectors, joint_vectors
 from .holden import TableRow, bone_errors, own_jerk, with_root
 from .measures import content_distance, style_distance
@@ -23,7 +24,7 @@ from ..holden2017.trained import Manifold, Style
 from ..holden2017.transfer import project_features, stylise, transfer
 from ..motion.stylised import Stylised, onto_skeleton
 from ..motion.bvh import write_bvh
-from ..motion.body import Take, read_take, to_scale
+from ..motion.body import Take, read_take, seen, to_scale
 from ..motion.clip import Clip
 from ..motion.dataset import Dataset, Labelled
 from ..motion.feet import floor_penetration, foot_skate, jerk
@@ -88,7 +89,8 @@ def carry_out(take: Take, exemplars: Sequence[np.ndarray], style: Style,
     style
     ->  yields (system, Stylised, seconds that its mathematics took, without reading and writing)
     """
-    manifold, content = style.manifold, to_scale(take.features, take.leg, style.manifold.leg)
+    manifold, there = style.manifold, seen(take, style.manifold.body)
+    content = there.features
     stylise(content, style, networks=networks)             # its spectra are kept for all clips
     if network is not None:
         began = time.perf_counter()
@@ -96,9 +98,10 @@ def carry_out(take: Take, exemplars: Sequence[np.ndarray], style: Style,
                                  seed=seed)
         yield CODED, result, time.perf_counter() - began
     began = time.perf_counter()
-    moved = stylised_features(take, exemplars, manifold, settings, seed=seed, networks=networks)
+    moved = stylised_features(there, take.contacts, exemplars, manifold, settings, seed=seed,
+                              networks=networks)
     seconds = time.perf_counter() - began
-    yield OWN, onto_skeleton(take, to_scale(moved, manifold.leg, take.leg)), seconds
+    yield OWN, onto_skeleton(take, there, moved), seconds
     began = time.perf_counter()
     stylise(content, style, networks=networks)
     seconds = time.perf_counter() - began
@@ -121,7 +124,7 @@ def measure(result: Take, content: Take, exemplars: Sequence[np.ndarray], manifo
 
     exemplars : features on the manifold's scale;  classifiers : of `fit_classifiers`
     """
-    features, wanted = (to_scale(t.features, content.leg, manifold.leg) for t in (result, content))
+    features, wanted = (seen(t, manifold.body).features for t in (result, content))
     depth = floor_penetration(result.positions, content.start.floor)
     path, wanted_path = (take.positions[:, 0][:, [0, 2]] for take in (result, content))
     return {**_looks(features, exemplars, manifold, classifiers),
@@ -130,7 +133,7 @@ def measure(result: Take, content: Take, exemplars: Sequence[np.ndarray], manifo
             "sinks": depth[0], "sinks at most": depth[1], "bone error": bone_error(result, content),
             "path error": float(np.linalg.norm(path - wanted_path, axis=1).mean()),
             "jerk": jerk(result.positions, range(JOINTS), recorded=content.clip.fps),
-            "frames": len(features)}
+            "frames": len(features), **body_numbers(result.positions, content)}
 
 
 def bone_error(result: Take, content: Take) -> float:
@@ -202,6 +205,11 @@ def summarise_systems(rows: Sequence[TableRow],
         line |= {key: _each(of, key, np.nanmean)
                  for key in ("content distance", "skate", "sinks", "path error")}
         line |= {key: _each(of, key, np.max) for key in ("sinks at most", "bone error")}
+        line |= {key: _each(of, key, np.max) for key in ("hips off", "shoulders off")}
+        line |= {key: _each(of, key, np.nanmedian) for key in (
+            "foot pitch off", "hip height off", "slide", "slide of content", "lowest",
+            "lowest of content", "acceleration", "acceleration of content", "acceleration p99.9",
+            "acceleration p99.9 of content", "ends", "ends of content")}
         line["jerk / real"] = _mean(of, lambda r: r["jerk"] / real[r["style"]])
         took = [r for r in of if "seconds" in r]
         line["frames/s"] = (sum(r["frames"] for r in took) / sum(r["seconds"] for r in took)

@@ -16,8 +16,8 @@ from ..fast import networks
 from ..holden2017.objective import LEG
 from ..holden2017.trained import Style
 from ..holden2017.transfer import project_features, stylise, transfer
-from ..motion.body import Take, make_take, to_scale
-from ..motion.features import (FPS, POSITIONS, across, bone_lengths, decode, encode, path_error)
+from ..motion.body import Take, features_on, make_take, seen, to_scale
+from ..motion.features import FPS, POSITIONS, across, bone_lengths, encode, path_error
 from ..motion.feet import foot_skate, jerk
 from ..motion.joints import LEGS, SLOT
 from ..motion.rotation import yaw_rotation
@@ -73,8 +73,10 @@ def _sudden(positions, take):
 
 def _standing(positions, take, style: Style, judge: Classifier):
     features, cm = encode(positions, take.start.floor)[0], LEG / take.leg
-    seen = judge.classify(to_scale(features, take.leg, style.manifold.leg))
-    return {"slide": cm * foot_skate(positions, take.contacts), "seen": seen[0] == style.name,
+    known = style.manifold.body
+    told = judge.classify(to_scale(features, take.leg, style.manifold.leg) if known is None
+                          else features_on(positions, known, take.contacts))
+    return {"slide": cm * foot_skate(positions, take.contacts), "seen": told[0] == style.name,
             "path": cm * path_error(features, take.features)[0]}
 
 
@@ -115,11 +117,11 @@ def end_rows(ground: Ground, takes: Mapping[str, Take], style: Style,
 def _raw(take, style, goes_on):
     """P(T(I)) with the content's path, in the take's unit.   ->  (T, 21, 3)"""
     if goes_on:
-        return decode(transfer(take, style, clean=False, networks=networks).features, take.start)
-    moved = stylise(to_scale(take.features, take.leg, style.manifold.leg), style, projected=False,
-                    networks=networks)
+        return transfer(take, style, clean=False, networks=networks).positions
+    there = seen(take, style.manifold.body)
+    moved = stylise(there.features, style, projected=False, networks=networks)
     moved = project_features(moved, style.manifold, networks=networks)
-    return decode(to_scale(moved, style.manifold.leg, take.leg), take.start)
+    return onto_skeleton(take, there, moved, clean=False).positions
 
 
 def _seen_from_hips(positions):
@@ -152,7 +154,7 @@ def leg_rows(ground: Ground, takes: Mapping[str, Take]) -> list[TableRow]:
     rows = []
     for clip in ground.dataset.select(held_out=True):
         take, cm = takes[clip.name], LEG / takes[clip.name].leg
-        moved = onto_skeleton(take, take.features).positions
+        moved = onto_skeleton(take, seen(take), take.features).positions
         before, after = (_sudden(p, take) for p in (take.positions, moved))
         apart = np.linalg.norm(moved - take.positions, axis=-1)
         rows.append({**{key: after[key] / before[key] for key in ("knee", "ankle", "legs' jerk")},

@@ -77,7 +77,8 @@ def learn_manifold(ground: Ground, *, depooling: str = "random", form: str = "gr
     X, normaliser = clean_windows(clips, ground.dataset.source, form=form)
     params = _last(train_autoencoder(X, epochs=epochs, depooling=depooling, hidden=hidden,
                                      seed=seed, gradients=autoencoder_gradients))
-    return Manifold(params, normaliser, ground.dataset.leg, ground.dataset.bones, depooling)
+    return Manifold(params, normaliser, ground.dataset.leg, ground.dataset.bones, depooling,
+                    ground.dataset.rest)
 
 
 def lesson_of(ground: Ground, manifold: Manifold,

@@ -13,6 +13,7 @@ the authors' normaliser. Where only a leg is known (`Network.manifold`), it come
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from ..holden2017.trained import Manifold
 from ..motion.stylised import Stylised, onto_skeleton
 from ..motion import features as f66
 from ..motion.dataset import Labelled
-from ..motion.body import Take
+from ..motion.body import Take, seen
 from ..motion.joints import BONES, HEELS, LEGS, SLOT, TOES
 from ..motion.windows import Normaliser as Normaliser66
 from . import losses, rows, search
@@ -179,7 +180,7 @@ def training_windows(clips: Iterable[Labelled]) -> np.ndarray:
 def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = True,
              amount: float = search.AMOUNT, iterations: int = search.ITERATIONS,
              constraint_iterations: int = search.CONSTRAINT_ITERATIONS, seed: int = 0,
-             watch: search.Watch | None = None) -> Stylised:
+             watch: search.Watch | None = None, **back: Any) -> Stylised:
     """A take in a style by the 2016 code's own search, on the take's own skeleton.
 
     Both are brought to the code's unit and made rows of by `rows.encode`: the code's floor, facing
@@ -188,7 +189,8 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
     take's; it lies up to 0.69 units above the content's lowest toe.
 
     style : (T_s, 21, 3), points of a clip in the style at 60 frames a second, y up, in any unit
-    clean : lock the feet (`motion.stylised.onto_skeleton`), which the code does not
+    clean : lock the feet (`motion.stylised.onto_skeleton`), which the code does not;  back :
+    strength, only, fps of the same
     amount, iterations, constraint_iterations, watch : of `search.transfer`
     seed : of the noise
     Raises ValueError.
@@ -209,4 +211,4 @@ def transfer(take: Take, style: np.ndarray, network: Network, *, clean: bool = T
     if len(moved) < len(take.features):                          # the last frame has no row
         moved = np.concatenate([moved, moved[-1:]])
     moved = f66.scale(moved[:len(take.features)], 1 / sizes[0])
-    return onto_skeleton(take, moved, clean=clean)
+    return onto_skeleton(take, seen(take), moved, clean=clean, **back)

@@ -37,7 +37,7 @@ from ..holden2017.objective import (CONSTRAINTS, WEIGHTS, Batch, Weights, column
 from ..nn.adam import annealed
 from ..holden2017.trained import Manifold
 from ..motion.stylised import Stylised, onto_skeleton
-from ..motion.body import MARGIN, Take, to_scale
+from ..motion.body import MARGIN, Seen, Take, seen
 from ..motion.features import FEATURES, VELOCITIES, bone_lengths
 from . import search
 
@@ -195,28 +195,31 @@ def pairs(features: np.ndarray) -> np.ndarray:
 
 def transfer(take: Take, exemplars: Sequence[Take], manifold: Manifold, *, clean: bool = True,
              settings: Settings = Settings(), weights: Weights | None = None, seed: int = 0,
-             networks: Any = text) -> Stylised:
-    """Stylise a take by optimisation; its bones keep their own lengths.
+             networks: Any = text, **back: Any) -> Stylised:
+    """Stylise a take by optimisation, on the body that the loss network knows and back.
 
-    exemplars : in the style;  clean : see `motion.stylised.onto_skeleton`
+    take : Take;  exemplars : Takes in the style, on any body;  clean, back (strength, only, fps) :
+    see `motion.stylised.onto_skeleton`
     ->  Stylised
     """
-    scaled = [to_scale(e.features, e.leg, manifold.leg) for e in exemplars]
-    moved = stylised_features(take, scaled, manifold, settings, weights, seed, networks)
-    return onto_skeleton(take, to_scale(moved, manifold.leg, take.leg), clean=clean)
+    there = seen(take, manifold.body)
+    moved = stylised_features(there, take.contacts, [seen(e, manifold.body).features
+                                                     for e in exemplars],
+                              manifold, settings, weights, seed, networks)
+    return onto_skeleton(take, there, moved, clean=clean, **back)
 
 
-def stylised_features(take: Take, exemplars: Sequence[np.ndarray], manifold: Manifold,
-                      settings: Settings = Settings(), weights: Weights | None = None,
-                      seed: int = 0, networks: Any = text) -> np.ndarray:
+def stylised_features(there: Seen, contacts: np.ndarray, exemplars: Sequence[np.ndarray],
+                      manifold: Manifold, settings: Settings = Settings(),
+                      weights: Weights | None = None, seed: int = 0,
+                      networks: Any = text) -> np.ndarray:
     """What `optimise` makes of a take, which goes on beyond both its ends (`motion.extend`); no
     foot is held there. The 2016 code sees zeros.
 
-    exemplars : list of (T_e, 66), on the manifold's scale, like the result   ->  (T, 66)
+    there : the take on the manifold's body;  contacts : (T, 4);  exemplars : list of (T_e, 66) on
+    that body   ->  (T, 66)
     """
-    moved = optimise(to_scale(take.around, take.leg, manifold.leg),
-                     np.pad(take.contacts, ((MARGIN, MARGIN), (0, 0))),
-                     exemplars, manifold,
-                     bones=bone_lengths(take.positions) * (manifold.leg / take.leg),
-                     settings=settings, weights=weights, seed=seed, networks=networks)
+    moved = optimise(there.around, np.pad(contacts, ((MARGIN, MARGIN), (0, 0))),
+                     exemplars, manifold, bones=bone_lengths(there.positions), settings=settings,
+                     weights=weights, seed=seed, networks=networks)
     return moved[MARGIN:-MARGIN]

@@ -22,7 +22,8 @@ from scipy.ndimage import gaussian_filter1d
 
 from ..motion.bvh import read_bvh
 from ..motion.features import FACING_SIGMA, FPS, root_path
-from ..motion.joints import FEET, JOINTS, SLOT, TOES, map_joints
+from ..motion.joints import FEET, JOINTS, SLOT, TOES
+from ..motion.mapping import map_clip
 from ..motion.rotation import yaw_rotation
 from ..motion.skeleton import clip_at, forward_kinematics, local_pose
 
@@ -62,7 +63,7 @@ def read_points(path: str, overrides: dict[str, str] | None = None) -> np.ndarra
         rotations, roots = (part[::2] for part in local_pose(clip))
     else:
         rotations, roots = clip_at(clip, FPS)
-    mapping = map_joints(clip.joints, overrides, str(path))
+    mapping = map_clip(clip, overrides, str(path))
     return mapping.positions(*forward_kinematics(clip.parents, rotations, roots))
 
 

@@ -3,9 +3,11 @@ its manifold). `refimpl.styles.files` writes and reads them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+import functools
 
 import numpy as np
 
+from ..motion.canonical import Physique, body_of_mean, mean_body
 from ..motion.known import Known
 from ..motion.windows import Normaliser
 from .networks import Params
@@ -19,6 +21,7 @@ class Manifold:
     params : W0, b0, and V0, c0 where the decoder is not tied;  normaliser : of the data it was
     trained on;  leg, bones : that data's skeleton, in its length unit
     depooling : while it learnt, of `networks.DEPOOLING`
+    rest : (21, 3) of its body (`motion.canonical.Physique`), told from the mean pose unless given
     """
 
     params: Params = field(repr=False)
@@ -26,6 +29,14 @@ class Manifold:
     leg: float
     bones: np.ndarray
     depooling: str = "random"
+    rest: np.ndarray | None = field(default=None, repr=False)
+
+    @functools.cached_property
+    def body(self) -> Physique:
+        """The body that this network knows, on its scale."""
+        known = (body_of_mean(self.normaliser.mean, self.bones) if self.rest is None
+                 else Physique(self.rest))
+        return mean_body([known], self.leg)
 
     def network_input(self, features: np.ndarray) -> np.ndarray:
         """Features (T, 66) on this model's scale to what the networks take, (1, 66, T) in their

@@ -1,9 +1,8 @@
 r"""Running it, section "Manifold Projection": stylise(I) = P(T(I)) for a clip of any length, back
 on the clip's own skeleton.
 
-Beyond both ends of a clip the convolutions see the clip going on (`motion.extend`). One thing is
-not right yet: a clip is brought to the size of the training data's legs and no further, so that on
-a body of other proportions hips and shoulders are drawn towards the training skeleton's.
+Beyond both ends of a clip the convolutions see the clip going on (`motion.extend`). Networks see
+every clip on the one body that they know, and a clip gets back what changed (`motion.canonical`).
 """
 
 from dataclasses import replace
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..motion.body import MARGIN, Take, to_scale
+from ..motion.body import MARGIN, Take, seen
 from ..motion.feet import pace
 from ..motion.features import TRANSLATION, VELOCITIES, path_error, path_length
 from ..motion.stylised import ASTRAY, Stylised, onto_skeleton
@@ -46,21 +45,22 @@ def project_features(features: np.ndarray, manifold: Manifold, *,
 
 
 def transfer(take: Take, style: Style, *, projected: bool = True, clean: bool = True,
-             own_pace: bool = False, networks: Any = text) -> Stylised:
+             own_pace: bool = False, networks: Any = text, **back: Any) -> Stylised:
     """Stylise a take.
 
-    clean : see `onto_skeleton`;  networks : as in `stylise`
+    clean, back (strength, only, fps) : see `onto_skeleton`;  networks : as in `stylise`
     own_pace : walk the path as fast as the feet step (`feet.pace`), so that an old man's short
     steps need not become long ones
 
-    The character is brought to the model's size and back, and starts where and as the content
-    starts. Its root keeps the velocities of T(I), which equation 9 holds to the content's; the
-    projection would lead the path astray (see the README's deviations). Where T leads it astray
-    itself (`ASTRAY`), as with contents of other speeds than it has learnt, the content's path is
-    kept, unless `clean` is False.
+    The take is brought to the body that the model knows, and what changes there comes back
+    (`motion.canonical`). The root keeps the velocities of T(I), which equation 9 holds to the
+    content's; the projection would lead the path astray (see the README's deviations). Where T
+    leads it astray itself (`ASTRAY`), as with contents of other speeds than it has learnt, the
+    content's path is kept, unless `clean` is False.
     """
-    leg, manifold = take.leg, style.manifold
-    around = to_scale(take.around, leg, manifold.leg)            # (T + 2 MARGIN, 66)
+    manifold = style.manifold
+    there = seen(take, manifold.body)
+    around = there.around                                        # (T + 2 MARGIN, 66)
     transformed = stylise(around, style, projected=False, networks=networks)
     moved = (project_features(transformed, manifold, networks=networks) if projected
              else transformed.copy())
@@ -72,5 +72,5 @@ def transfer(take: Take, style: Style, *, projected: bool = True, clean: bool = 
     if own_pace:
         moved[:, TRANSLATION] *= pace(moved, take.contacts)
     strangeness = style.known.strangeness(content) if style.known else float("nan")
-    return replace(onto_skeleton(take, to_scale(moved, manifold.leg, leg), clean=clean),
+    return replace(onto_skeleton(take, there, moved, clean=clean, **back),
                    astray=astray, way=way, kept=bool(kept), strangeness=strangeness)

@@ -2,10 +2,11 @@
 from.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+POSITIONS_MEAN = ("replace", "add")      # what a position channel does to its joint's OFFSET
 POSITION_CHANNELS = ("Xposition", "Yposition", "Zposition")
 ROTATION_CHANNELS = ("Xrotation", "Yrotation", "Zrotation")
 
@@ -77,3 +78,16 @@ class Clip:
         """
         rate = 1.0 / self.frame_time
         return float(round(rate)) if abs(rate - round(rate)) < 1e-4 * rate else rate
+
+
+def plus_offsets(clip: Clip, sign: float = 1.0) -> Clip:
+    """A clip whose position channels hold differences from the OFFSET, as one where they replace
+    it; with sign -1 the other way.
+
+    >>> hips = Joint("Hips", -1, (0.0, 9.0, 0.0), ("Yposition",))
+    >>> plus_offsets(Clip((hips,), 0.1, np.array([[0.5]]))).values
+    array([[9.5]])
+    """
+    added = [joint.offset[POSITION_CHANNELS.index(c)] if c in POSITION_CHANNELS else 0.0
+             for joint in clip.joints for c in joint.channels]
+    return replace(clip, values=clip.values + sign * np.array(added))

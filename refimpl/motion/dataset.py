@@ -2,22 +2,23 @@
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import functools
 from pathlib import Path
-import re
 from typing import Any
 
 import numpy as np
 
-from ..storage import FormatError, load_npz, plausible, read_table, save_npz
-from .body import Take, read_take, to_scale
-from .features import FEATURES, FPS, LEG_RANGE, bone_lengths
-from .joints import BONES, FEET
+from ..storage import FormatError, load_npz, plausible, save_npz
+from .body import Take, features_on, make_take, read_clip, read_take
+from .canonical import mean_body, measured
+from .features import FEATURES, FPS, LEG_RANGE
+from .joints import BONES, FEET, JOINTS
+from .labels import (HELD_OUT, PATTERN, LabelError, Excerpt, expression, find_clips,  # noqa: F401
+                     hold_out, labels_by_pattern, labels_from_file)
 
+Overrides = dict[str, str] | Callable[[Path], dict[str, str] | None] | None
 FORMAT, VERSION = "motions", 2       # with 2 the root's velocity is seen from the frame it leads to
-PATTERN = r"(?:^|_)(?P<content>[^_]+)_(?P<style>[^_]+)_[^_]*$"       # dataset-1_walk_old_001
-HELD_OUT = 0.15
 
 
 @dataclass(frozen=True)
@@ -40,23 +41,25 @@ class Labelled:
 
 @dataclass(frozen=True)
 class Dataset:
-    """Labelled clips of one skeleton.
+    """Labelled clips, of any skeletons, on one body.
 
     leg : leg length, in the unit of all features
     bones : (20,) lengths in the order of `joints.BONES`;  source : where they came from
+    rest : (21, 3) of the body (`canonical.Physique`)
     """
 
     clips: tuple[Labelled, ...]
     leg: float
     bones: np.ndarray
     source: str
+    rest: np.ndarray | None = field(default=None, repr=False)
 
     def select(self, *, style: str | None = None, content: str | None = None,
                held_out: bool | None = None, name: str | None = None) -> tuple[Labelled, ...]:
         """The clips with these labels, in whose name the regular expression `name` is found, in
         order; None takes all.   Raises LabelError on a bad expression.
         """
-        found = _expression(name or "").search
+        found = expression(name or "").search
         return tuple(c for c in self.clips
                      if style in (None, c.style) and content in (None, c.content)
                      and held_out in (None, c.held_out) and found(c.name))
@@ -67,129 +70,53 @@ class Dataset:
         return sorted({clip.style for clip in self.clips})
 
 
-class LabelError(ValueError):
-    """A label file or pattern that does not fit the clips; the message names file and line."""
-
-
-def _expression(pattern):
-    try:
-        return re.compile(pattern)
-    except re.error as why:
-        raise LabelError(f"pattern {pattern!r}: found {why}, needed a regular expression") from None
-
-
-def labels_by_pattern(paths: Iterable[Path],
-                      pattern: str = PATTERN) -> dict[Path, tuple[str, str]]:
-    """Labels from file names: `pattern` is searched in each name without its ending.
-
-    paths : BVH files;  pattern : a regular expression with the groups content and style
-    ->  {path: (content, style)} of the files that fit
-    Raises LabelError when the pattern is no such expression.
-
-    >>> list(labels_by_pattern([Path("a/dataset-1_walk_old_001.bvh")]).values())
-    [('walk', 'old')]
-    """
-    expression = _expression(pattern)
-    if not {"content", "style"} <= set(expression.groupindex):
-        raise LabelError(f"pattern {pattern!r}: needed the named groups (?P<content>...) and "
-                         "(?P<style>...)")
-    matches = ((path, expression.search(path.stem)) for path in paths)
-    return {path: (match["content"], match["style"]) for path, match in matches if match}
-
-
-def labels_from_file(paths: Iterable[Path], label_file: str | Path,
-                     folder: str | Path) -> dict[Path, tuple[str, str]]:
-    """Labels from a CSV file with the header `clip,content,style`; a clip is named by its path
-    below the folder or its file name.
-
-    paths : BVH files in the folder  ->  {path: (content, style)}
-    Raises LabelError naming the line: unknown clip, one named twice, an empty label.
-    """
-    known: dict[str, Path] = {}
-    for path in paths:
-        for name in (path.relative_to(folder).as_posix(), path.name, path.stem):
-            known.setdefault(name, path)
-    labels: dict[Path, tuple[str, str]] = {}
-    rows = read_table(label_file, "the header clip,content,style", LabelError)
-    if not rows or rows[0] != ["clip", "content", "style"]:
-        found = ",".join(rows[0]) if rows else "an empty file"
-        raise LabelError(f"{label_file}:1: found {found!r}, needed the header clip,content,style")
-    for line, row in enumerate(rows[1:], start=2):
-        if not any(row):
-            continue
-        if len(row) != 3 or not all(row):
-            raise LabelError(f"{label_file}:{line}: found {','.join(row)!r}, needed "
-                             "clip,content,style")
-        if row[0] not in known:
-            raise LabelError(f"{label_file}:{line}: found no clip {row[0]!r} in {folder}, needed "
-                             "the name of a BVH file there")
-        if known[row[0]] in labels:
-            raise LabelError(f"{label_file}:{line}: found {row[0]!r} a second time, needed each "
-                             "clip once")
-        labels[known[row[0]]] = (row[1], row[2])
-    return labels
-
-
-def find_clips(folder: str | Path) -> list[Path]:
-    """The BVH files below a folder, sorted.   Raises FileNotFoundError when there are none."""
-    folder = Path(folder)
-    if not folder.is_dir():
-        raise FileNotFoundError(f"{folder}: found no such folder, needed a folder of BVH files")
-    paths = sorted(path for path in folder.rglob("*")
-                   if path.suffix.lower() == ".bvh" and path.is_file())
-    if not paths:
-        raise FileNotFoundError(f"{folder}: found no BVH file in it or below, needed at least one")
-    return paths
-
-
-def hold_out(labels: dict[Any, tuple[str, str]], fraction: float = HELD_OUT) -> set[Any]:
-    """Choose clips to keep out of training: of each group of n clips with the same labels the last
-    floor(n fraction).
-
-    labels : {clip: (content, style)}, clips in any order that can be sorted  ->  set of clips
-
-    >>> sorted(hold_out({name: ("walk", "old") for name in "abcdef"}, 0.4))
-    ['e', 'f']
-    """
-    groups: dict[tuple[str, str], list] = {}
-    for clip in sorted(labels):
-        groups.setdefault(labels[clip], []).append(clip)
-    return {clip for group in groups.values()
-            for clip in group[len(group) - int(len(group) * fraction):]}
-
-
-def prepare(folder: str | Path, labels: dict[Path, tuple[str, str]], *,
-            fraction: float = HELD_OUT, overrides: dict[str, str] | None = None,
+def prepare(folder: str | Path, labels: dict[Any, tuple[str, str]], *,
+            fraction: float = HELD_OUT, overrides: Overrides = None,
             report: Callable[[Path], Any] = lambda path: None,
-            executor: Executor | None = None) -> Dataset:
-    """Read the labelled clips of a folder and make their features.
+            executor: Executor | None = None, skip: Callable[[Path, ValueError], Any] | None = None,
+            **how: Any) -> Dataset:
+    """Read the labelled clips of a folder, of any skeletons, and make their features.
 
-    labels : {path: (content, style)};  fraction : of each group kept out of training
-    overrides : {slot: joint} for odd skeletons
+    labels : {path or labels.Excerpt: (content, style)};  fraction : of each group kept out of
+    training;  overrides : {slot: joint} for odd skeletons, or a function of a path that gives it
     report : called with each path when it has been read;  executor : whose workers read them
+    skip : called with what cannot be used and why, which is left out; else it is raised
+    how : rate and positions, as in `body.read_clip`
     ->  Dataset.   Raises LabelError where there are none, and what `read_take` raises.
     """
     if not labels:
         raise LabelError(f"{folder}: found no clip with labels, needed at least one; does the "
                          "pattern fit the file names?")
-    named = {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(labels)}
-    read_one = functools.partial(_read_part, overrides=overrides)
-    if executor:                     # not its map, which cancels what runs when it is stopped
-        futures = [executor.submit(read_one, path) for path in named.values()]
-        read = (future.result() for future in futures)
-    else:
-        read = (read_one(path) for path in named.values())
+    pieces = sorted(Excerpt(key, 0, -1) if isinstance(key, Path) else key for key in labels)
+    named = {piece.path.relative_to(folder).with_suffix("").as_posix()
+             + (f"[{piece.begin}:{piece.end}]" if piece.end >= 0 else ""): piece
+             for piece in pieces}
+    jobs = [functools.partial(_read_part, piece, overrides(piece.path) if callable(overrides)
+                              else overrides, how) for piece in pieces]
+    # not the executor's map, which cancels what runs when it is stopped
+    read: list[Callable[[], Any]] = (
+        [executor.submit(job).result for job in jobs] if executor else list(jobs))
     parts = {}
-    for (name, path), part in zip(named.items(), read):
-        report(path)
-        parts[name] = part
+    for (name, piece), result in zip(named.items(), read):
+        try:
+            parts[name] = result()
+        except ValueError as error:
+            if skip is None:
+                raise
+            skip(piece.path, error)
+        report(piece.path)
+    if not parts:
+        raise LabelError(f"{folder}: found no clip that can be used, needed at least one")
+    labels = {Excerpt(key, 0, -1) if isinstance(key, Path) else key: both
+              for key, both in labels.items()}
+    named = {name: named[name] for name in parts}
     return _assemble(parts, {name: labels[path] for name, path in named.items()},
                      Path(folder).resolve().name, fraction)
 
 
 def assemble(takes: Iterable[tuple[str, Take]], labels: dict[str, tuple[str, str]], source: str,
              fraction: float = HELD_OUT) -> Dataset:
-    """A Dataset of takes, all brought to the scale of the median leg.
+    """A Dataset of takes, all brought to one body, the median of theirs.
 
     takes : (name, Take), looked at one by one;  labels : {name: (content, style)}
     source : a name for all of them;  fraction : of each group kept out of training
@@ -198,23 +125,29 @@ def assemble(takes: Iterable[tuple[str, Take]], labels: dict[str, tuple[str, str
 
 
 def _part(take):
-    """What a Dataset needs of a Take: features, contacts, leg, bones, the recording's rate."""
-    return take.features, take.contacts, take.leg, bone_lengths(take.positions), take.clip.fps
+    """What a Dataset needs of a Take: points, contacts, its body, the recording's rate."""
+    return take.positions, take.contacts, measured(take.positions, take.contacts), take.clip.fps
 
 
-def _read_part(path, overrides):
-    return _part(read_take(path, overrides))
+def _read_part(piece, overrides, how):
+    path = piece.path
+    if piece.end < 0:
+        return _part(read_take(path, overrides, **how))
+    clip = read_clip(path, overrides, **how)
+    if piece.end > clip.frames:
+        raise LabelError(f"{path}: found {clip.frames} rows, needed {piece.end} for the labelled "
+                         f"part {piece.begin} to {piece.end}")
+    part = replace(clip, values=clip.values[piece.begin:piece.end])
+    return _part(make_take(part, overrides, str(path)))
 
 
 def _assemble(parts, labels, source, fraction):
     kept_out = hold_out(labels, fraction)
-    leg = float(np.median([own_leg for _, _, own_leg, _, _ in parts.values()]))
-    bones = np.median([bones * (leg / own_leg) for _, _, own_leg, bones, _ in parts.values()],
-                      axis=0)
+    body = mean_body([own for _, _, own, _ in parts.values()])
     clips = tuple(Labelled(name, labels[name][0], labels[name][1], name in kept_out,
-                           to_scale(features, own_leg, leg), contacts, fps)
-                  for name, (features, contacts, own_leg, _, fps) in parts.items())
-    return Dataset(clips, leg, bones, source)
+                           features_on(positions, body, contacts), contacts, fps)
+                  for name, (positions, contacts, _, fps) in parts.items())
+    return Dataset(clips, body.leg, body.bones, source, body.rest)
 
 
 def save_dataset(path: str | Path, dataset: Dataset) -> None:
@@ -226,6 +159,8 @@ def save_dataset(path: str | Path, dataset: Dataset) -> None:
         "lengths": np.array([len(clip.features) for clip in clips]),
         "held_out": np.array([clip.held_out for clip in clips]), "bones": dataset.bones,
         "fps": np.array([clip.fps for clip in clips], dtype=float)}
+    if dataset.rest is not None:
+        arrays["rest"] = dataset.rest
     facts = {"names": [clip.name for clip in clips], "contents": [clip.content for clip in clips],
              "styles": [clip.style for clip in clips], "leg": dataset.leg, "source": dataset.source}
     save_npz(path, FORMAT, VERSION, arrays, facts)
@@ -248,6 +183,8 @@ def load_dataset(path: str | Path) -> Dataset:
     if not (whole and 0 < count == len(contents) == len(styles) and (lengths > 0).all()
             and all((arrays[key].dtype, arrays[key].shape) == needed[key] for key in needed)
             and (arrays["fps"] > 0).all() and np.isfinite(arrays["fps"]).all()
+            and ("rest" not in arrays or (arrays["rest"].shape == (JOINTS, 3)
+                                          and plausible(arrays["rest"])))
             and plausible(arrays["features"]) and plausible(arrays["bones"])
             and LEG_RANGE[0] <= facts["leg"] <= LEG_RANGE[1]):
         raise FormatError(f"{path}: found arrays and labels that do not fit each other, needed "
@@ -258,4 +195,4 @@ def load_dataset(path: str | Path) -> Dataset:
                       names, contents, styles, arrays["held_out"],
                       np.split(arrays["features"], cuts), np.split(arrays["contacts"], cuts),
                       arrays["fps"]))
-    return Dataset(clips, facts["leg"], arrays["bones"], facts["source"])
+    return Dataset(clips, facts["leg"], arrays["bones"], facts["source"], arrays.get("rest"))

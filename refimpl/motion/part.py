@@ -1,41 +1,44 @@
-"""A part of a clip, in seconds, which still knows the clip around it."""
+"""A part of a result, in seconds. The whole clip was stylised for it: floor, contacts and what the
+networks saw around the part are the clip's own.
+"""
 
 from dataclasses import replace
 import math
 
-from .body import MARGIN, Take
-from .features import FPS, Start, root_motion
-from .strays import Strays
+from .body import Take
+from .features import FPS
+from .stylised import Stylised
 
 
-def part_of(take: Take, begin: float = 0.0, end: float | None = None) -> Take:
+def frames_of(take: Take, begin: float = 0.0, end: float | None = None) -> slice:
     """The frames of a take from one time of its file until another, the latter not among them.
 
-    Floor, resting heights and contacts stay those of the whole clip, and what networks see beyond
-    the part's ends is the clip itself. Two parts that meet make the frames of the whole one.
-
     begin, end : seconds from the file's first row; to the last row unless given
-    ->  Take, whose clip has the part's rows alone.   Raises ValueError where there is no motion.
+    ->  slice of the take's frames, 60 a second.   Raises ValueError where there is no motion.
     """
-    clip, strays, every = take.clip, take.strays, FPS / take.clip.fps
+    clip, strays = take.clip, take.strays
     seconds = clip.frames / clip.fps
     end = seconds if end is None else end
     if not 0 <= begin < end <= seconds + 1 / clip.fps:
         raise ValueError(f"part: found {begin:g} to {end:g} seconds, needed a part of the clip, "
                          f"which lasts from 0 to {seconds:g}")
-    first, last = (min(math.ceil(t * clip.fps - 1e-6), clip.frames) for t in (begin, end))
-    rows = [min(max(row, strays.begin), strays.end) for row in (first, last)]
-    a, b = (min(math.ceil((row - strays.begin) * every - 1e-6), len(take.positions))
-            for row in rows)
+    rows = [min(max(_row(t, clip.fps), strays.begin), strays.end) for t in (begin, end)]
+    a, b = (min(_row((row - strays.begin) / clip.fps, FPS), len(take.positions)) for row in rows)
     if a >= b:
         raise ValueError(f"part: found no motion between {begin:g} and {end:g} seconds, needed "
                          f"some of rows {strays.begin + 1} to {strays.end} ({clip.fps:g} a second)")
-    root, yaw = root_motion(take.features, take.start)
-    frames = slice(a, b)
-    return replace(
-        take, clip=replace(clip, values=clip.values[first:last]),
-        rotations=take.rotations[frames], translations=take.translations[frames],
-        positions=take.positions[frames], features=take.features[frames],
-        start=Start(float(root[a, 0]), float(root[a, 2]), float(yaw[a]), take.start.floor),
-        contacts=take.contacts[frames], around=take.around[a:b + 2 * MARGIN],
-        strays=Strays(rows[0] - first, rows[1] - first, strays.lost[first:last]))
+    return slice(a, b)
+
+
+def part_of(take: Take, result: Stylised, begin: float = 0.0,
+            end: float | None = None) -> Stylised:
+    """That part of a take's result. Parts that meet make the whole."""
+    frames, fps = frames_of(take, begin, end), result.clip.fps
+    first, last = _row(begin, fps), None if end is None else _row(end, fps)
+    return replace(result, clip=replace(result.clip, values=result.clip.values[first:last]),
+                   positions=result.positions[frames], features=result.features[frames])
+
+
+def _row(seconds, fps):
+    """The first row at that time or after it."""
+    return math.ceil(seconds * fps - 1e-6)

@@ -55,24 +55,33 @@ def local_pose(clip: Clip) -> tuple[np.ndarray, np.ndarray]:
     clip : T frames of J joints
     ->  rotations (T, J, 3, 3), translations (T, J, 3) in the file's unit
     """
-    rotations, translations = [], []
-    column = 0
-    for joint in clip.joints:
-        values = dict(zip(joint.channels, clip.values[:, column:column + len(joint.channels)].T))
-        column += len(joint.channels)
-        translations.append(np.stack([np.broadcast_to(values.get(name, offset), clip.frames)
-                                      for name, offset in zip(POSITION_CHANNELS, joint.offset)],
-                                     axis=-1))
-        order = joint.rotation_order
-        angles = np.zeros((clip.frames, len(order)))
-        for n, axis in enumerate(order):
-            angles[:, n] = values[f"{axis}rotation"]
-        rotations.append(rotation.euler_to_matrix(np.radians(angles), order))
-    return np.stack(rotations, axis=1), np.stack(translations, axis=1)
+    J, frames = len(clip.joints), len(clip.values)
+    rotations = np.broadcast_to(np.eye(3), (frames, J, 3, 3)).copy()
+    translations = np.broadcast_to(np.array([joint.offset for joint in clip.joints], float),
+                                   (frames, J, 3)).copy()
+    begins = np.cumsum([0, *(len(joint.channels) for joint in clip.joints)])
+    for channels, some in _by_channels(clip.joints).items():     # all joints of one kind at once
+        values = clip.values[:, begins[some, None] + np.arange(len(channels))]   # (T, n, channels)
+        for axis, name in enumerate(POSITION_CHANNELS):
+            if name in channels:
+                translations[:, some, axis] = values[..., channels.index(name)]
+        turns = [n for n, name in enumerate(channels) if name not in POSITION_CHANNELS]
+        if turns:
+            rotations[:, some] = rotation.euler_to_matrix(
+                np.radians(values[..., turns]), "".join(channels[n][0] for n in turns))
+    return rotations, translations
+
+
+def _by_channels(joints):
+    """{channels: indices of the joints that have them}"""
+    found: dict[tuple[str, ...], list[int]] = {}
+    for j, joint in enumerate(joints):
+        found.setdefault(joint.channels, []).append(j)
+    return {channels: np.array(some) for channels, some in found.items()}
 
 
 def with_pose(clip: Clip, rotations: np.ndarray, translations: np.ndarray,
-              frame_time: float) -> Clip:
+              frame_time: float, free: Iterable[int] = ()) -> Clip:
     """A clip on the same joints with another pose: the inverse of `local_pose`.
 
     Euler angles are written in each joint's own order and without jumps of 360 degrees from frame
@@ -85,23 +94,45 @@ def with_pose(clip: Clip, rotations: np.ndarray, translations: np.ndarray,
     frame_time : seconds a frame
     ->  Clip of T frames
     """
-    joints: list[Joint] = []
-    columns: list[np.ndarray] = []
-    for index, joint in enumerate(clip.joints):
-        order = joint.rotation_order
+    joints, tables = list(clip.joints), [np.zeros((len(rotations), 0))] * len(clip.joints)
+    for channels, some in _by_channels(clip.joints).items():
+        order = "".join(c[0] for c in channels if c not in POSITION_CHANNELS)
         full = order + "".join(axis for axis in "ZXY" if axis not in order)
-        angles = rotation.matrix_to_euler(rotations[:, index], full)
-        if np.abs(angles[:, len(order):]).max(initial=0) > 1e-9:     # radians about the others
-            order = full
-            positions = tuple(c for c in joint.channels if c in POSITION_CHANNELS)
-            joint = replace(joint, channels=positions + tuple(f"{axis}rotation" for axis in order))
-        angles = np.degrees(np.unwrap(angles[:, :len(order)], axis=0))
-        values = dict(zip(POSITION_CHANNELS, translations[:, index].T))
-        values.update({f"{axis}rotation": column for axis, column in zip(order, angles.T)})
-        joints.append(joint)
-        columns += [values[channel] for channel in joint.channels]
-    table = np.stack(columns, axis=1) if columns else np.zeros((len(rotations), 0))
-    return Clip(tuple(joints), frame_time, table)
+        angles = rotation.matrix_to_euler(rotations[:, some], full)              # (T, n, 3)
+        needs = np.abs(angles[..., len(order):]).max(axis=(0, 2), initial=0) > 1e-9   # radians
+        if len(order) == 3:
+            angles = followed_euler(angles)
+        angles = np.degrees(np.unwrap(angles, axis=0))
+        offsets = np.array([joints[j].offset for j in some], float)
+        moves = np.abs(translations[:, some] - offsets).max(axis=(0, 2)) > 1e-9 * (
+            1e-9 + np.abs(offsets).max())
+        for n, j in enumerate(some):
+            own = channels
+            if needs[n]:
+                own = (*(c for c in own if c in POSITION_CHANNELS),
+                       *(f"{axis}rotation" for axis in full))
+            if moves[n] and j in free:
+                own = (*POSITION_CHANNELS, *(c for c in own if c not in POSITION_CHANNELS))
+            values = dict(zip(POSITION_CHANNELS, translations[:, j].T))
+            values.update({f"{axis}rotation": angles[:, n, k] for k, axis in enumerate(full)})
+            if own != channels:
+                joints[j] = replace(joints[j], channels=own)
+            if own:
+                tables[j] = np.stack([values[channel] for channel in own], axis=1)
+    return Clip(tuple(joints), frame_time, np.concatenate(tables, axis=1))
+
+
+def followed_euler(angles: np.ndarray) -> np.ndarray:
+    """Of the two readings of each frame, (a, b, c) and (a + pi, pi - b, c + pi), the one that is
+    nearer to the frame before, so that curves do not jump by half a turn.
+
+    angles : (T, ..., 3) radians  ->  the same, the first frame's as it was
+    """
+    other = angles * [1.0, -1.0, 1.0] + np.pi
+    steps = np.stack([other[1:] - angles[:-1], np.diff(angles, axis=0)])
+    far = np.abs(rotation.nearest_turn(steps)).sum(axis=-1)
+    use = np.logical_xor.accumulate(far[0] < far[1], axis=0)
+    return np.concatenate([angles[:1], np.where(use[..., None], other[1:], angles[1:])])
 
 
 def forward_kinematics(parents: Iterable[int], rotations: np.ndarray,

@@ -1,16 +1,18 @@
 """A result of motion style transfer: features back on the skeleton of the clip that they were made
 of."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from .body import Take, fit_pose, points, with_strays
+from .body import Seen, Take, carries_hips
+from .canonical import Change, applied, change, weighed
 from .clip import Clip
-from .features import FPS, decode
+from .features import decode, scale
 from .foot_ik import lock_feet
 from .known import STRANGE
-from .skeleton import with_pose
+from .moved import moved_clip, rig
 
 # How far the path of T(I) may lie from the content's: a share of the way, and so many legs.
 ASTRAY = 0.1, 0.2
@@ -61,17 +63,32 @@ class Stylised:
         return tuple(said)
 
 
-def onto_skeleton(take: Take, features: np.ndarray, *, clean: bool = True) -> Stylised:
-    """Features (T, 66) in the take's unit as a clip on the take's skeleton, which begins where the
-    take begins.
+def onto_skeleton(take: Take, content: Seen, features: np.ndarray, *, clean: bool = True,
+                  strength: float = 1.0, only: Sequence[str] = (),
+                  fps: float | None = None) -> Stylised:
+    """What became of a take as networks see it, as a change of the take on its own skeleton.
 
+    content : the take as it was given to them;  features : (T, 66) what they made of it
     clean : lock the feet where the content's are planted (`motion.foot_ik`)
+    strength, only : see `canonical.weighed`;  fps : frames a second, the clip's unless given
     """
-    pose = fit_pose(take, decode(features, take.start))
+    found = change(content.positions, decode(features, content.start))
+    found = weighed(Change(found.turns, found.shift / content.ratio), strength, only)
+    how = rig(take.clip.joints, take.mapping)
+    positions = applied(take.positions, found, how.carries)
     if clean:
-        goals = lock_feet(points(take, *pose), take.contacts, take.toes)
-        pose = fit_pose(replace(take, rotations=pose[0], translations=pose[1]), goals)
-    clip = with_pose(take.clip, *with_strays(take, *pose), 1.0 / FPS)
+        planted = lock_feet(positions, take.contacts, take.toes)
+        found = found.then(change(positions, planted))
+        positions = planted
+    if not carries_hips(take):                       # nothing in the file could carry the hips
+        found = Change(found.turns, 0 * found.shift)
+        positions = applied(take.positions, found, how.carries)
+    clip = moved_clip(take, how, found, fps)
     hinges = tuple(new.name for new, old in zip(clip.joints, take.clip.joints)
-                   if new.channels != old.channels)
-    return Stylised(clip, points(take, *pose), features, strays=take.strays.said(), hinges=hinges)
+                   if _turning(new) > _turning(old) > 0)
+    return Stylised(clip, positions, scale(features, 1 / content.ratio),
+                    strays=take.strays.said(), hinges=hinges)
+
+
+def _turning(joint):
+    return sum(channel.endswith("rotation") for channel in joint.channels)

@@ -11,7 +11,7 @@ from ..holden2017.networks import DEPOOLING, T_NAMES
 from ..holden2017.objective import WEIGHED, Weights
 from ..holden2017.trained import Manifold, Style
 from ..motion.features import FEATURES, LEG_RANGE
-from ..motion.joints import BONES
+from ..motion.joints import BONES, JOINTS
 from ..motion.known import NUMBERS, Known
 from ..motion.windows import FORMS, Normaliser
 from ..storage import FormatError, load_npz, plausible, save_npz
@@ -88,14 +88,16 @@ def _known(path, arrays, facts):
 def _parts(manifold: Manifold) -> tuple[dict[str, Any], dict[str, Any]]:
     """->  arrays, facts of a file"""
     normaliser = manifold.normaliser
-    return ({**manifold.params, "mean": normaliser.mean, "deviation": normaliser.deviation,
+    rest = {} if manifold.rest is None else {"rest": manifold.rest}
+    return ({**manifold.params, **rest, "mean": normaliser.mean, "deviation": normaliser.deviation,
              "bones": manifold.bones},
             {"leg": manifold.leg, "source": normaliser.source, "normaliser": normaliser.form,
              "depooling": manifold.depooling})
 
 
 def _manifold(path, arrays, facts):
-    for name, shape in _BODY.items():
+    shapes = {**_BODY, **({"rest": (JOINTS, 3)} if "rest" in arrays else {})}
+    for name, shape in shapes.items():
         array = arrays[name]
         _need(path, array.shape == shape and array.dtype == float and plausible(array),
               f"{name} of shape {array.shape}", f"finite numbers of shape {shape}, none beyond 1e9")
@@ -116,7 +118,8 @@ def _manifold(path, arrays, facts):
               f"one of {', '.join(known)}")
     normaliser = Normaliser(arrays["mean"], arrays["deviation"], facts["source"],
                             facts["normaliser"])
-    return Manifold(params, normaliser, facts["leg"], arrays["bones"], facts["depooling"])
+    return Manifold(params, normaliser, facts["leg"], arrays["bones"], facts["depooling"],
+                    arrays.get("rest"))
 
 
 def _check_filters(path, params, filters, biases, c_out, c_in):

@@ -11,6 +11,7 @@ import pytest
 from refimpl.motion import bvh, joints, skeleton
 from refimpl.embedded import gait, walkers as synthetic
 from refimpl.motion.joints import FEET, HEELS, SLOT, TOES
+from refimpl.motion.mapping import map_clip
 from refimpl.embedded.walkers import CONTENTS, FPS, STYLES, make_clip, make_database
 from refimpl.embedded.manner import Manner, Person, blend, person
 
@@ -109,8 +110,8 @@ def test_the_skeleton_is_an_adult_with_the_papers_joints():
     assert (height[SLOT["Hips"]] == pytest.approx(93.0, abs=1.5)
             and height[SLOT["Head"]] == pytest.approx(141.0, abs=2.0))
     assert np.linalg.norm(gait.ANKLE_TO_BALL) == pytest.approx(11.8, abs=0.1)
-    mapping = joints.map_joints(motion.clip.joints)
-    assert mapping.family == "papers" and np.array_equal(mapping.joints, np.arange(21))
+    mapping = map_clip(motion.clip)
+    assert set(mapping.how) == {"name"} and np.array_equal(mapping.joints, np.arange(21))
     assert np.array_equal(motion.clip.parents, joints.PARENTS)
 
 

@@ -33,7 +33,7 @@ def world():
     normaliser = fit_normaliser(np.concatenate([c.features for c in dataset.clips]), "test")
     manifold = Manifold(networks.init_loss_network(np.random.default_rng(0), hidden=24,
                                                    dtype=float), normaliser, dataset.leg,
-                        dataset.bones)
+                        dataset.bones, rest=dataset.rest)
     params = networks.init_transformation_network(np.random.default_rng(1), channels=4, width=5,
                                                   dtype=float)
     return (takes, dataset, manifold,

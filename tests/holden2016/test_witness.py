@@ -15,7 +15,7 @@ from refimpl.holden2016 import files, losses, network, rows, search, train
 from refimpl.holden2017.train import State
 from refimpl.motion import bvh, rotation, skeleton
 from refimpl.motion.foot_ik import two_bone
-from refimpl.motion.joints import map_joints
+from refimpl.motion.mapping import map_clip
 from refimpl.motion.feet import foot_contacts
 
 F32 = 8e-8
@@ -251,7 +251,7 @@ def test_contact_rules_of_the_later_code(load, tmp_path):
     # deep-motion-editing: the first row doubled, label t covers t - 1 to t
     labels = np.concatenate([step2[:1] < 0.05, step2 < 0.05])
     np.testing.assert_array_equal(labels, other["contacts"])
-    mapped = map_joints(read.joints).positions(
+    mapped = map_clip(read).positions(
         *skeleton.forward_kinematics(read.parents, *(p[::2] for p in skeleton.local_pose(read))))
     ours = foot_contacts(mapped)
     assert (np.mean(ours[:-1] == pfnn) > 0.85

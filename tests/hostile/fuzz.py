@@ -26,7 +26,8 @@ from refimpl.motion.clip import BVHError
 from refimpl.motion.dataset import (LabelError, assemble, labels_from_file, load_dataset,
                                     save_dataset)
 from refimpl.motion.features import FEATURES
-from refimpl.motion.joints import BONES, MappingError, map_joints, read_mapping
+from refimpl.motion.joints import BONES, MappingError, read_mapping
+from refimpl.motion.mapping import map_clip
 from refimpl.motion.windows import Normaliser
 from refimpl.motion.body import make_take
 from refimpl.storage import FormatError
@@ -164,7 +165,7 @@ class Fuzzer:
         self.archives = [((self.scratch / name).read_bytes(), loader) for name,
                          loader in (("manifold", load_manifold), ("style", load_style),
                                     ("motions", load_dataset))]
-        self.joints = synthetic.skeleton_joints()
+        self.clip = synthetic.make_clip(seconds=0.3).clip
         self.labels = "clip,content,style\nwalk_old_0,walk,old\nsub/run_old_1.bvh,run,old\n"
         self.mapping = "slot,joint\nLeftFoot,LeftFoot\n# mine\nHips,Hips\n"
 
@@ -201,7 +202,7 @@ class Fuzzer:
                 path.write_bytes(mutate_bytes(self.mapping.encode(), rng) if rng.random() < 0.5
                                  else mutate_text(self.mapping,
                                                   rng).encode("utf-8", "surrogatepass"))
-                map_joints(self.joints, read_mapping(path))
+                map_clip(self.clip, read_mapping(path))
         except (BVHError, FormatError, LabelError, MappingError) as error:
             assert str(error), "an error must say something"
             return f"{kind}: {type(error).__name__}"

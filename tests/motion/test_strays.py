@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from refimpl.embedded.walkers import make_clip
-from refimpl.motion.body import make_take, read_take
+from refimpl.motion.body import make_take, read_take, seen
 from refimpl.motion.skeleton import local_pose
 from refimpl.motion.stylised import onto_skeleton
 
@@ -37,9 +37,14 @@ def test_what_follows_a_rest_pose_is_as_without_it(rows):
 @pytest.mark.parametrize("rows", [1, 60])
 def test_it_is_written_back_as_it_was(rows):
     clip = with_rest_pose(rows, SLOW)
-    result = onto_skeleton(make_take(clip), make_take(SLOW).features, clean=False)
-    assert result.clip.frames == 2 * rows + 2 * SLOW.frames - 1
+    take = make_take(clip)
+    result = onto_skeleton(take, seen(take), seen(take).features, clean=False)
+    assert result.clip.frames == clip.frames and result.clip.frame_time == clip.frame_time
     for new, old in zip(local_pose(result.clip), local_pose(clip)):
+        np.testing.assert_allclose(new, old, atol=1e-9)
+    other = onto_skeleton(take, seen(take), seen(take).features, clean=False, fps=60.0)
+    assert other.clip.frames == 2 * rows + 2 * SLOW.frames - 1
+    for new, old in zip(local_pose(other.clip), local_pose(clip)):
         np.testing.assert_allclose(new[:2 * rows:2], old[:rows], atol=1e-9)
         np.testing.assert_allclose(new[2 * rows::2], old[rows:], atol=1e-6)
     assert result.warnings and "lie apart" in result.warnings[0]
@@ -54,7 +59,7 @@ def test_rows_in_which_the_body_was_lost_are_bridged_and_written_back():
     assert np.flatnonzero(take.strays.lost).tolist() == [50, 90, 91]
     assert "rows 51, 91 to 92 lie apart" in take.strays.said()
     assert np.linalg.norm(take.positions - alone.positions, axis=-1).max() < 4.0
-    result = onto_skeleton(take, take.features, clean=False)
+    result = onto_skeleton(take, seen(take), seen(take).features, clean=False)
     np.testing.assert_allclose(local_pose(result.clip)[1][[50, 90, 91]],
                                local_pose(clip)[1][[50, 90, 91]], atol=1e-9)
 

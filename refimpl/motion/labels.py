@@ -1,0 +1,143 @@
+"""Which content and style a clip has: from file names, from a table, for parts of clips too."""
+
+from collections.abc import Iterable
+from pathlib import Path
+import re
+from typing import Any, NamedTuple
+
+from ..storage import read_table
+
+PATTERN = r"(?:^|_)(?P<content>[^_]+)_(?P<style>[^_]+)_[^_]*$"       # dataset-1_walk_old_001
+LABELLED = ["clip", "content", "style"]
+HELD_OUT = 0.15
+
+
+class Excerpt(NamedTuple):
+    """Some rows of a clip, `end` not among them."""
+
+    path: Path
+    begin: int
+    end: int
+
+
+class LabelError(ValueError):
+    """A label file or pattern that does not fit the clips; the message names file and line."""
+
+
+def expression(pattern: str) -> re.Pattern[str]:
+    """A regular expression.   Raises LabelError where it is none."""
+    try:
+        return re.compile(pattern)
+    except re.error as why:
+        raise LabelError(f"pattern {pattern!r}: found {why}, needed a regular expression") from None
+
+
+def labels_by_pattern(paths: Iterable[Path],
+                      pattern: str = PATTERN) -> dict[Path, tuple[str, str]]:
+    """Labels from file names: `pattern` is searched in each name without its ending.
+
+    paths : BVH files;  pattern : a regular expression with the groups content and style
+    ->  {path: (content, style)} of the files that fit
+    Raises LabelError when the pattern is no such expression.
+
+    >>> list(labels_by_pattern([Path("a/dataset-1_walk_old_001.bvh")]).values())
+    [('walk', 'old')]
+    """
+    regex = expression(pattern)
+    if not {"content", "style"} <= set(regex.groupindex):
+        raise LabelError(f"pattern {pattern!r}: needed the named groups (?P<content>...) and "
+                         "(?P<style>...)")
+    matches = ((path, regex.search(path.stem)) for path in paths)
+    return {path: (match["content"], match["style"]) for path, match in matches if match}
+
+
+def labels_from_file(paths: Iterable[Path], label_file: str | Path,
+                     folder: str | Path) -> dict[Any, tuple[str, str]]:
+    """Labels from a CSV file with the header `clip,content,style`, or `clip,content,style,begin,
+    end` for parts of clips; a clip is named by its path below the folder or its file name. The
+    Frame_Cuts.csv of 100STYLE is read as it is: a line a style, begin and end of each content.
+
+    paths : BVH files in the folder  ->  {path or Excerpt: (content, style)}
+    Raises LabelError naming the line: unknown clip, one named twice, an empty label, no such rows.
+    """
+    known: dict[str, Path] = {}
+    for path in paths:
+        for name in (path.relative_to(folder).as_posix(), path.name, path.stem):
+            known.setdefault(name, path)
+    labels: dict[Any, tuple[str, str]] = {}
+    rows = read_table(label_file, "the header clip,content,style", LabelError)
+    if rows and rows[0][0] == "STYLE_NAME":
+        return _frame_cuts(rows, known, label_file)
+    parts = bool(rows) and rows[0] == [*LABELLED, "begin", "end"]
+    if not rows or not (rows[0] == LABELLED or parts):
+        found = ",".join(rows[0]) if rows else "an empty file"
+        raise LabelError(f"{label_file}:1: found {found!r}, needed the header clip,content,style "
+                         "or clip,content,style,begin,end")
+    for line, row in enumerate(rows[1:], start=2):
+        if not any(row):
+            continue
+        if len(row) != len(rows[0]) or not all(row):
+            raise LabelError(f"{label_file}:{line}: found {','.join(row)!r}, needed "
+                             f"{','.join(rows[0])}")
+        if row[0] not in known:
+            raise LabelError(f"{label_file}:{line}: found no clip {row[0]!r} in {folder}, needed "
+                             "the name of a BVH file there")
+        key: Any = known[row[0]]
+        if parts:
+            key = _piece(key, row[3], row[4], f"{label_file}:{line}")
+        if key in labels:
+            raise LabelError(f"{label_file}:{line}: found {row[0]!r} a second time, needed each "
+                             "clip once")
+        labels[key] = (row[1], row[2])
+    return labels
+
+
+def _piece(path, begin, end, where):
+    whole = all(re.fullmatch("[0-9]{1,9}", text) for text in (begin, end))
+    if not whole or not int(begin) < int(end):
+        raise LabelError(f"{where}: found rows {begin} to {end}, needed two whole numbers, the end "
+                         "above the begin")
+    return Excerpt(path, int(begin), int(end))
+
+
+def _frame_cuts(rows, known, label_file):
+    """100STYLE's table: STYLE_NAME, then for each content NAME_START and NAME_STOP, or N/A."""
+    labels: dict[Any, tuple[str, str]] = {}
+    columns = {name.strip(): n for n, name in enumerate(rows[0])}
+    contents = [name.removesuffix("_START") for name in columns if name.endswith("_START")]
+    for line, row in enumerate(rows[1:], start=2):
+        for content in contents if len(row) == len(rows[0]) else []:
+            cut = [row[columns[f"{content}_{edge}"]] for edge in ("START", "STOP")]
+            path = known.get(f"{row[0]}_{content}")
+            if path and all(text.strip().isdigit() for text in cut):
+                piece = _piece(path, cut[0].strip(), cut[1].strip(), f"{label_file}:{line}")
+                labels[piece] = (content, row[0])
+    return labels
+
+
+def find_clips(folder: str | Path) -> list[Path]:
+    """The BVH files below a folder, sorted.   Raises FileNotFoundError when there are none."""
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder}: found no such folder, needed a folder of BVH files")
+    paths = sorted(path for path in folder.rglob("*")
+                   if path.suffix.lower() == ".bvh" and path.is_file())
+    if not paths:
+        raise FileNotFoundError(f"{folder}: found no BVH file in it or below, needed at least one")
+    return paths
+
+
+def hold_out(labels: dict[Any, tuple[str, str]], fraction: float = HELD_OUT) -> set[Any]:
+    """Choose clips to keep out of training: of each group of n clips with the same labels the last
+    floor(n fraction).
+
+    labels : {clip: (content, style)}, clips in any order that can be sorted  ->  set of clips
+
+    >>> sorted(hold_out({name: ("walk", "old") for name in "abcdef"}, 0.4))
+    ['e', 'f']
+    """
+    groups: dict[tuple[str, str], list] = {}
+    for clip in sorted(labels):
+        groups.setdefault(labels[clip], []).append(clip)
+    return {clip for group in groups.values()
+            for clip in group[len(group) - int(len(group) * fraction):]}

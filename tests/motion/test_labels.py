@@ -1,0 +1,87 @@
+"""Labels with a begin and an end, 100STYLE's table, clips left out, mappings by pattern."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from refimpl.cli import main
+from refimpl.motion import bvh
+from refimpl.motion.dataset import load_dataset
+from refimpl.motion.labels import LabelError, Excerpt, labels_from_file
+
+from . import bodies
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Two skeletons in one folder, and a file that is none."""
+    place = tmp_path / "clips"
+    place.mkdir()
+    for n, (name, scheme) in enumerate((("Old_FW", "100STYLE"), ("Old_ID", "100STYLE"),
+                                        ("Happy_FW", "CMU"))):
+        clip, _ = bodies.on_scheme(bodies.walker(seed=n), scheme)
+        bvh.write_bvh(place / f"{name}.bvh", clip)
+    (place / "Broken_FW.bvh").write_text("nothing\n")
+    return place
+
+
+CUTS = ("STYLE_NAME,FW_START,FW_STOP,ID_START,ID_STOP,BW_START,BW_STOP\nOld,10,70,5,100,N/A,N/A\n"
+        "Happy,20,90,N/A,N/A,1,9\n")
+
+
+def test_100styles_table_is_read_as_it_is(folder, tmp_path):
+    table = tmp_path / "Frame_Cuts.csv"
+    table.write_text(CUTS)
+    labels = labels_from_file(sorted(folder.glob("*.bvh")), table, folder)
+    assert labels == {Excerpt(folder / "Old_FW.bvh", 10, 70): ("FW", "Old"),
+                      Excerpt(folder / "Old_ID.bvh", 5, 100): ("ID", "Old"),
+                      Excerpt(folder / "Happy_FW.bvh", 20, 90): ("FW", "Happy")}
+    assert main(["prepare", str(folder), "--labels", str(table), "-o",
+                 str(tmp_path / "m.npz")]) == 0
+    dataset = load_dataset(tmp_path / "m.npz")
+    assert {c.name: len(c.features) for c in dataset.clips} == {
+        "Old_FW[10:70]": 60, "Old_ID[5:100]": 95, "Happy_FW[20:90]": 70}
+    feet = dataset.clips[0].features[:, :63].reshape(-1, 21, 3)      # one body for both skeletons
+    lengths = [np.linalg.norm(c.features[:, 3:6] - c.features[:, 6:9], axis=1)
+               for c in dataset.clips]
+    assert feet.shape[0] in (60, 95, 70) and np.ptp(np.concatenate(lengths)) < 1e-6
+
+
+@pytest.mark.parametrize("lines, words", [
+    ("Old_FW,FW,Old,10,5", "two whole numbers"), ("Old_FW,FW,Old,a,5", "two whole numbers"),
+    ("Old_FW,FW,Old", "needed clip,content,style,begin,end")])
+def test_parts_that_cannot_be_are_named(folder, tmp_path, lines, words):
+    table = tmp_path / "labels.csv"
+    table.write_text("clip,content,style,begin,end\n" + lines + "\n")
+    with pytest.raises(LabelError, match=f"labels.csv:2: .*{words}"):
+        labels_from_file(sorted(folder.glob("*.bvh")), table, folder)
+
+
+def test_a_part_beyond_the_clip_is_refused(folder, tmp_path, capsys):
+    table = tmp_path / "labels.csv"
+    table.write_text("clip,content,style,begin,end\nOld_FW,FW,Old,10,5000\n")
+    assert main(["prepare", str(folder), "--labels", str(table), "-o",
+                 str(tmp_path / "m.npz")]) == 2
+    assert "found 120 rows, needed 5000" in capsys.readouterr().err
+
+
+def test_bad_clips_are_left_out_and_listed(folder, tmp_path, capsys):
+    arguments = ["prepare", str(folder), "--pattern", "(?P<style>[^_]+)_(?P<content>[^_]+)", "-o",
+                 str(tmp_path / "m.npz"), "--hold-out", "0"]
+    assert main(arguments) == 2 and not (tmp_path / "m.npz").exists()
+    assert main([*arguments, "--skip-bad"]) == 0
+    out = capsys.readouterr().out
+    assert "left out, 1:" in out and "Broken_FW.bvh" in out
+    assert "from the names: content FW, ID; style Broken, Happy, Old" in out
+    assert len(load_dataset(tmp_path / "m.npz").clips) == 3
+
+
+def test_a_mapping_for_some(folder, tmp_path, capsys):
+    own = Path(tmp_path / "own.csv")
+    own.write_text("Neck,Neck\nSpine,Chest2\n")
+    arguments = ["prepare", str(folder), "--pattern", "(?P<style>[^_]+)_(?P<content>FW)", "-o",
+                 str(tmp_path / "m.npz"), "--skip-bad", "--mapping-for"]
+    assert main([*arguments, "Old", str(own)]) == 0
+    assert main([*arguments, "Happy", str(own)]) == 0                # CMU has no Chest2
+    assert "'Chest2'" in capsys.readouterr().out
