@@ -5,6 +5,7 @@ their own error is small and no kink shows. What does not agree with the quick m
 measured again with the slopes to both sides (see `slope`), and that decides.
 """
 
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,9 @@ from .contract import copies, is_float
 from .difference import TINY
 from .errors import describe
 from .report import Row
-from .slope import CERTAIN, Slope, measure, noise_of
+from .slope import CERTAIN, Slope, slope_at, noise_of
+
+Function = Callable[..., Any]
 
 EXACT = 1e-13           # of the terms that an element sums: the complex step's rounding
 PLAIN = 1e-12           # of a derivative by differences, beyond its own error
@@ -22,10 +25,12 @@ RESOLVED, NEGLIGIBLE = 1e-5, 1e-9       # of the element, of the largest: what m
 BLURRED = 1e-6          # of the largest, where kinks or noise are near
 JUDGED = 12             # so many of the elements that disagree at first sight are measured again
 SHORTER = 0.7e-30, 0.3e-30               # other complex steps: f's own rounding differs in them
-NEAR = 1e-9             # between the points at which the rounding of a claim is measured
+CLAIMS_APART = 1e-9     # between the points at which the rounding of a claim is measured
 
 
-def judge_elements(f, f_backward, dy, inputs, i, name, claim, rng, seed, most, sample):
+def judge_elements(f: Function, f_backward: Function, dy: np.ndarray, inputs: Sequence[Any], i: int,
+                   name: str, claim: np.ndarray, rng: np.random.Generator, seed: int, most: int,
+                   sample: int) -> tuple[Row, str, str]:
     """One input's gradient.   ->  Row, message of the worst wrong element or "", message of the
     first undecided one or ""
     """
@@ -109,11 +114,12 @@ def _wrong(where, slope, claimed, allowed, instrument, count, seed, name, place)
 class _Look:
     """Measures the elements of one input's gradient."""
 
-    def __init__(self, f, f_backward, dy, inputs, i, claim):
+    def __init__(self, f: Function, f_backward: Function, dy: np.ndarray, inputs: Sequence[Any],
+                 i: int, claim: np.ndarray) -> None:
         self.f, self.f_backward, self.dy = f, f_backward, dy
         self.inputs, self.i, self.claim = inputs, i, claim
         self.size = max(float(np.abs(claim[np.isfinite(claim)]).max(initial=0.0)), TINY)
-        self._noise = None
+        self._noise: np.ndarray | None = None
 
     def _along(self, e, step):
         v = np.zeros(self.inputs[self.i].size)
@@ -121,10 +127,10 @@ class _Look:
         return derivative.line(self.f, self.inputs,
                                {self.i: v.reshape(self.inputs[self.i].shape)})
 
-    def quickly(self, elements, analytic):
+    def quickly(self, elements: np.ndarray, analytic: bool) -> tuple[np.ndarray, np.ndarray]:
         """->  measured, how far each may be off; NaN where nothing was measured"""
         found = np.full((len(elements), 2), np.nan)
-        step = scale(self.inputs[self.i])
+        step = typical_size(self.inputs[self.i])
         for n, e in enumerate(elements):
             if analytic:
                 value = derivative.complex_step(self._along(e, 1.0), self.dy)
@@ -138,12 +144,12 @@ class _Look:
             found[n] = value / step, (bound / step if smooth and told else np.nan)
         return found[:, 0], found[:, 1]
 
-    def again(self, e, exact):
+    def again(self, e: int, exact: float | None) -> tuple[bool | None, Slope, float]:
         """->  right, wrong (False) or undecided (None); its Slope; how far it may be off"""
         claimed = float(self.claim.flat[e])
         element = abs(float(self.inputs[self.i].flat[e]))
         rounding = self.rounding(e)
-        slope = self._measured(e, scale(self.inputs[self.i]))
+        slope = self._measured(e, typical_size(self.inputs[self.i]))
         if slope.why or CERTAIN * slope.error > RESOLVED * abs(slope.value):
             other = self._measured(e, element or 1.0)
             slope = min(slope, other, key=lambda one: (bool(one.why), one.error))
@@ -168,10 +174,10 @@ class _Look:
         return (True if told else None), slope, allowed
 
     def _measured(self, e, step):
-        slope = measure(self._along(e, step), self.dy, self.size * step)
+        slope = slope_at(self._along(e, step), self.dy, self.size * step)
         return Slope(slope.left / step, slope.right / step, slope.error / step, slope.why)
 
-    def rounding(self, e):
+    def rounding(self, e: int) -> float:
         """What the rounding of the backward does to an element: the noise of its claims at eight
         points in a row, thirty times that, at most 1e-10 of the largest.
         """
@@ -181,7 +187,7 @@ class _Look:
             v = random_directions(self.inputs, chosen, rng, own=True)
             claims = []
             for k in range(8):
-                inputs = [x + k * NEAR * v[n] if n in v else x for n, x in enumerate(self.inputs)]
+                inputs = [x + k * CLAIMS_APART * v[n] if n in v else x for n, x in enumerate(self.inputs)]
                 try:
                     gradients = self.f_backward(*copies((self.dy, *inputs)))
                     claims.append(_gradient(gradients, inputs, self.i, self.claim))
@@ -214,7 +220,7 @@ def agrees_along(along: derivative.Line, dy: np.ndarray, claims: dict[int, np.nd
     if abs(value - claimed) <= bound <= max(RESOLVED, 2 * tolerance) * size and (
             jump <= 1e-3 * size + bound):
         return True, Slope(value, value, error), claimed, bound
-    slope = measure(along, dy, size)
+    slope = slope_at(along, dy, size)
     allowed = CERTAIN * slope.error + loose
     off = slope.distance(claimed)
     if off <= allowed:
@@ -262,23 +268,24 @@ def summed_along(claims: dict[int, np.ndarray], v: dict[int, Any]) -> tuple[floa
     return float(sum(t.sum() for t in terms)), max(size, TINY)
 
 
-def random_directions(inputs, chosen, rng, own=False):
+def random_directions(inputs: Sequence[Any], chosen: Iterable[int], rng: np.random.Generator,
+                      own: bool = False) -> dict[int, np.ndarray]:
     """A direction for each chosen input, of the input's own size, or (own) each element's."""
-    v = {i: scale(inputs[i]) * rng.standard_normal(inputs[i].shape) for i in chosen}
+    v = {i: typical_size(inputs[i]) * rng.standard_normal(inputs[i].shape) for i in chosen}
     return {i: own_sizes(inputs[i], v[i]) for i in v} if own else v
 
 
-def own_sizes(x, v):
+def own_sizes(x: np.ndarray, v: np.ndarray) -> np.ndarray:
     """A direction that moves each element by its own size; zeros as before. No kink at 0 is crossed
     along it.
     """
-    return np.where(x == 0, v, v * np.abs(x) / scale(x))
+    return np.where(x == 0, v, v * np.abs(x) / typical_size(x))
 
 
-def scale(x: np.ndarray) -> float:
+def typical_size(x: np.ndarray) -> float:
     """The size of an input's elements, to which steps are relative; 1 for zeros.
 
-    >>> scale(np.array([3.0, -3.0])), scale(np.zeros(2))
+    >>> typical_size(np.array([3.0, -3.0])), typical_size(np.zeros(2))
     (3.0, 1.0)
     """
     size = float(np.sqrt(np.mean(np.square(x)))) if x.size else 0.0

@@ -21,7 +21,7 @@ import numpy as np
 
 from .derivative import Line, independent, value_at
 
-STEPS = 0.125 * 4.0 ** -np.arange(26)            # down to 1e-16
+LADDER = 0.125 * 4.0 ** -np.arange(26)            # down to 1e-16
 SPACINGS = 1e-13, 1e-11, 1e-9, 1e-8, 1e-7        # at which the noise is looked for
 LOCAL = 1e-4            # the shortest step is that whose quotient rounding leaves four digits
 CURVED = 8              # by which a difference of quotients may grow when the step grows fourfold
@@ -66,29 +66,29 @@ class Slope(NamedTuple):
 
 
 @np.errstate(all="ignore")
-def measure(along: Line, dy: np.ndarray, size: float) -> Slope:
+def slope_at(along: Line, dy: np.ndarray, size: float) -> Slope:
     """The slope of sum(dy * along(h)) at h = 0, whatever kinks, noise and curvature are near.
 
     size : of the slopes that matter; less than 1e-10 of it need not be resolved
 
-    >>> [round(side, 6) for side in measure(np.abs, np.ones(()), 1.0)[:2]]
+    >>> [round(side, 6) for side in slope_at(np.abs, np.ones(()), 1.0)[:2]]
     [-1.0, 1.0]
-    >>> beside = measure(lambda h: np.abs(h + 1e-9), np.ones(()), 1.0)
+    >>> beside = slope_at(lambda h: np.abs(h + 1e-9), np.ones(()), 1.0)
     >>> round(beside.left, 4), beside.kink
     (1.0, False)
     """
     rise, still = _rise(along, dy)
-    probes = [[rise(h), rise(-h)] for h in STEPS]
-    both = np.array([[up[0] / h, down[0] / -h] for h, (up, down) in zip(STEPS, probes)]).T
+    probes = [[rise(h), rise(-h)] for h in LADDER]
+    both = np.array([[up[0] / h, down[0] / -h] for h, (up, down) in zip(LADDER, probes)]).T
     right, left = both
     finite = np.isfinite(both)
     floor = max([size for pair in probes for value, size in pair if np.isfinite(value + size)
                  and abs(value) < size / LOCAL ** 2] or [0.0])
-    rounding = 4 * (noise(rise, _plateau(right, left)) + floor) / STEPS + still()
+    rounding = 4 * (noise(rise, _plateau(right, left)) + floor) / LADDER + still()
     if not finite.all(axis=0).any():
         return _boundary(both, finite, rounding)
     large = np.where(finite, np.abs(both), 0).max(axis=0)
-    rounding += 2 * np.finfo(float).eps * large / STEPS          # of the inputs, x + h v
+    rounding += 2 * np.finfo(float).eps * large / LADDER          # of the inputs, x + h v
     local = finite.all(axis=0) & (rounding <= LOCAL * np.maximum(large, 1e-6 * size))
     if not local.any():
         best = int(np.argmin(np.where(finite.all(axis=0), rounding, np.inf)))
@@ -180,13 +180,13 @@ def _plateau(right, left):
     mean = (right + left) / 2
     near = (np.abs(right - left) <= np.abs(mean) / 3) & (mean != 0)
     near[1:] &= np.abs(np.diff(mean)) <= np.abs(mean[1:]) / 3
-    run = [i for i in range(2, len(STEPS)) if near[i - 2:i + 1].all()]
+    run = [i for i in range(2, len(LADDER)) if near[i - 2:i + 1].all()]
     if not run:
         return 1.0
     first = run[-1] - 2
     while first and near[first - 1]:
         first -= 1
-    return float(STEPS[first])
+    return float(LADDER[first])
 
 
 def _rise(along, dy):
@@ -206,7 +206,7 @@ def _rise(along, dy):
         return float(terms.sum()), eps * _norm(size) + smallest
 
     def _still():                # the slope of outputs whose rise was too small for their digits
-        return eps / STEPS[0] * _norm(np.where(moved, 0.0, dy * here))
+        return eps / LADDER[0] * _norm(np.where(moved, 0.0, dy * here))
     return _at, _still
 
 

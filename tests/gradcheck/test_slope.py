@@ -7,13 +7,13 @@ import pytest
 
 from refimpl.gradcheck import (GradientError, UndecidedError, check_direction, check_gradient,
                                derivative)
-from refimpl.gradcheck.slope import CERTAIN, Slope, measure, noise, noise_of
+from refimpl.gradcheck.slope import CERTAIN, Slope, noise, noise_of, slope_at
 
 ONE = np.array(1.0)
 
 
 def slope(f, x, v=1.0, size=1.0):
-    return measure(derivative.line(f, (np.array(x),), {0: np.array(v)}), ONE, size)
+    return slope_at(derivative.line(f, (np.array(x),), {0: np.array(v)}), ONE, size)
 
 
 def relu(x):

@@ -16,7 +16,7 @@ from refimpl.motion.features import VELOCITIES, bone_lengths
 from refimpl.motion.joints import BONES
 from refimpl.motion.windows import fit_normaliser
 from refimpl.embedded.walkers import make_clip
-from refimpl.motion.body import make_take
+from refimpl.motion.body import make_take, seen
 
 
 def problem(seed):
@@ -145,7 +145,8 @@ def test_the_joints_hardly_know_where_a_clip_was_cut(world):
     clip = make_clip("walk", "normal", seconds=4.0).clip
     takes = [make_take(clip), make_take(replace(clip, values=clip.values[40:]))]
     few = Settings(style=0.001, start="content", iterations=40, constraint_iterations=20)
-    made = {True: [own.stylised_features(t, [style.features], manifold, few) for t in takes],
+    made = {True: [own.stylised_features(seen(t), t.contacts, [style.features], manifold, few)
+                   for t in takes],
             False: [own.optimise(t.features, t.contacts, [style.features], manifold,
                                  bones=bone_lengths(t.positions), settings=few) for t in takes]}
     apart = {goes_on: np.abs(whole[40:, :63] - cut[:, :63])[:8].mean()
