@@ -187,7 +187,8 @@ class _Look:
             v = random_directions(self.inputs, chosen, rng, own=True)
             claims = []
             for k in range(8):
-                inputs = [x + k * CLAIMS_APART * v[n] if n in v else x for n, x in enumerate(self.inputs)]
+                inputs = [x + k * CLAIMS_APART * v[n] if n in v else x
+                          for n, x in enumerate(self.inputs)]
                 try:
                     gradients = self.f_backward(*copies((self.dy, *inputs)))
                     claims.append(_gradient(gradients, inputs, self.i, self.claim))
