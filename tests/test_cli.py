@@ -472,3 +472,51 @@ def test_a_mapping_file_serves_the_style_too(models, folder, tmp_path):
            str(tmp_path / "out.bvh"), "--mapping", str(tmp_path / "map.csv")]
     assert (main([*run, "--style", str(tmp_path / "odd.bvh")]) == 0
             and main([*run, "--style", str(folder / "walk_old_0.bvh")]) == 0)
+
+
+def test_strength_parts_rate_and_points(models, folder, tmp_path, capsys):
+    clip, style = folder / "walk_normal_0.bvh", str(models / "old.npz")
+    content = bvh.read_bvh(clip)
+    out = tmp_path / "o.bvh"
+    assert main(["transfer", style, str(clip), "-o", str(out), "--strength", "0", "--raw"]) == 0
+    same = bvh.read_bvh(out)
+    assert same.joints == content.joints and same.frame_time == content.frame_time
+    np.testing.assert_allclose(take.read_take(out).positions, take.read_take(clip).positions,
+                               atol=1e-6)
+    assert main(["transfer", style, str(clip), "-o", str(out), "--only", "arms", "--raw", "--fps",
+                 "24"]) == 0
+    arms = bvh.read_bvh(out)
+    assert arms.fps == 24 and arms.frames == int((content.frames - 1) * 24 / 60 + 1e-6) + 1
+    np.testing.assert_allclose(arms.values[0, :3], content.values[0, :3], atol=1e-6)
+    with pytest.raises(SystemExit):
+        main(["transfer", style, str(clip), "-o", str(out), "--only", "wings"])
+    assert "needed some of hips, spine, head, arms, legs" in capsys.readouterr().err
+    np.save(tmp_path / "p.npy", take.read_take(clip).positions)
+    assert main(["transfer", style, str(tmp_path / "p.npy"), "-o", str(out), "--rate", "30"]) == 0
+    made = bvh.read_bvh(out)
+    assert made.fps == 30 and made.frames == len(take.read_take(clip).positions)
+    assert main(["inspect", str(clip), "--rate", "30", "--json", str(tmp_path / "i.json")]) == 0
+    told = json.loads((tmp_path / "i.json").read_text())
+    assert told["fps"] == 30 and 0.2 < told["speed, m/s"] < 1.2 and told["steps a minute"] > 0
+
+
+def test_what_was_found_is_written_to_be_completed(folder, tmp_path):
+    clip = crossed(tmp_path / "c.bvh", folder)
+    assert main(["inspect", str(clip), "--write-mapping", str(tmp_path / "m.csv")]) == 2
+    lines = dict(line.split(",") for line in (tmp_path / "m.csv").read_text().splitlines())
+    assert len(lines) == 21 and lines["Head"] == "Head"
+    mended = {**lines, "LeftLeg": "LeftForeArm", "LeftForeArm": "LeftLeg"}
+    (tmp_path / "m.csv").write_text("".join(f"{s},{j}\n" for s, j in mended.items()))
+    assert main(["inspect", str(clip), "--mapping", str(tmp_path / "m.csv")]) == 0
+
+
+def test_experiment_bodies(models, tmp_path, capsys):
+    assert main(["experiment", "bodies", str(models / "old.npz"), "--most", "1", "--json",
+                 str(tmp_path / "b.json")]) == 0
+    rows = json.loads((tmp_path / "b.json").read_text())["rows"]
+    assert {row["system"] for row in rows} == {"nothing", "P(content)", "old"}
+    assert len(rows) == 3 * 16 and all(row["frames and joints kept"] for row in rows)
+    assert all(row["hips off"] < 1e-9 and row["shoulders off"] < 1e-9 for row in rows)
+    assert all(abs(row["hip height off"]) < 1e-9 for row in rows if row["system"] == "nothing")
+    assert "broad shoulders" in capsys.readouterr().out
+    assert main(["experiment", "bodies", str(models / "old.npz"), "--folder", str(tmp_path)]) == 2

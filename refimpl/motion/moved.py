@@ -29,11 +29,13 @@ class Rig:
     owner : for each joint the slot that it turns with, -1 for none
     carries : (21,) the slot with which the bone to each slot turns
     placed : {joint: slot} of joints that hang elsewhere than on the slot that carries them
+    carrier : the joint whose position channels carry the hips, -1 for none
     """
 
     owner: tuple[int, ...]
     carries: tuple[int, ...]
     placed: dict[int, int]
+    carrier: int
 
 
 def rig(joints: Sequence[Joint], mapping: Mapping) -> Rig:
@@ -65,7 +67,8 @@ def rig(joints: Sequence[Joint], mapping: Mapping) -> Rig:
         carries[slot] = owner[j] if mapping.tips[slot].any() else owner[joints[j].parent]
     for limb, base in tops.items():
         carries[SLOT[limb]] = SLOT[base]
-    return Rig(tuple(owner), tuple(max(slot, 0) for slot in carries), placed)
+    return Rig(tuple(owner), tuple(max(slot, 0) for slot in carries), placed,
+               carrier(joints, hips))
 
 
 def moved_pose(clip: Clip, mapping: Mapping, how: Rig, rotations: np.ndarray,
@@ -83,11 +86,10 @@ def moved_pose(clip: Clip, mapping: Mapping, how: Rig, rotations: np.ndarray,
                       for j, joint in enumerate(joints)], axis=1)
     translations, hips = translations.copy(), int(mapping.joints[0])
     at = forward_kinematics(clip.parents, local, translations)[1]
-    carrying = carrier(joints, hips)
-    if carrying >= 0:
+    if how.carrier >= 0:
         miss = old[:, hips] + found.shift - at[:, hips]
-        above = joints[carrying].parent
-        translations[:, carrying] += miss if above < 0 else (miss[:, None] @ new[:, above])[:, 0]
+        above = joints[how.carrier].parent
+        translations[:, how.carrier] += miss if above < 0 else (miss[:, None] @ new[:, above])[:, 0]
     for j, slot in how.placed.items():
         at = forward_kinematics(clip.parents, local, translations)[1]
         base, above = int(mapping.joints[slot]), joints[j].parent

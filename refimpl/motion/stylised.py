@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .body import Seen, Take, carries_hips
+from .body import Seen, Take
 from .canonical import Change, applied, change, weighed
 from .clip import Clip
 from .features import decode, scale
@@ -80,7 +80,7 @@ def onto_skeleton(take: Take, content: Seen, features: np.ndarray, *, clean: boo
         planted = lock_feet(positions, take.contacts, take.toes)
         found = found.then(change(positions, planted))
         positions = planted
-    if not carries_hips(take):                       # nothing in the file could carry the hips
+    if how.carrier < 0:                              # nothing in the file could carry the hips
         found = Change(found.turns, 0 * found.shift)
         positions = applied(take.positions, found, how.carries)
     clip = moved_clip(take, how, found, fps)
