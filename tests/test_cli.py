@@ -71,11 +71,12 @@ def test_a_part_of_a_clip_alone_is_stylised_and_written(models, folder, tmp_path
         ["--method", "optimise", "--content", clip, "--style", str(folder / "walk_old_0.bvh"),
          "--manifold", str(models / "manifold.npz"), "--iterations", "2"] if optimise
         else [str(models / "old.npz"), clip])]
+    assert main(run) == 0
+    whole = bvh.read_bvh(out)
     assert main([*run, "--from", "1.5", "--to", "3"]) == 0
-    content, result = take.read_take(clip), take.read_take(out)
-    assert result.clip.frames == 90
-    there = content.positions[90:180, 0]
-    assert np.linalg.norm(result.positions[0, 0] - there[0]) < 0.2 * content.leg
+    part = bvh.read_bvh(out)
+    assert part.frames == 90 and part.joints == whole.joints
+    np.testing.assert_array_equal(part.values, whole.values[90:180])
     for wrong, words in ((["--from", "3", "--to", "2"], "found 3 to 2 seconds, needed a part"),
                          (["--to", "9"], "found 0 to 9 seconds, needed a part"),
                          (["--from", "4.5"], "found 4.5 to 4.5 seconds")):
@@ -277,8 +278,8 @@ def test_a_real_clip_is_stylised_on_its_own_skeleton(mocap, models, tmp_path):
     out = tmp_path / "out.bvh"
     assert main(["transfer", str(models / "old.npz"), str(clip), "-o", str(out)]) == 0
     content, result = bvh.read_bvh(clip), bvh.read_bvh(out)
-    assert (result.joints == content.joints and result.fps == 60
-            and result.frames == 2 * content.frames - 1)
+    assert (result.joints == content.joints and result.fps == content.fps
+            and result.frames == content.frames)
 
 
 def test_transfer_by_optimisation_needs_no_network_of_the_style(models, folder, tmp_path, capsys):

@@ -28,10 +28,16 @@ def test_commands_are_those_of_the_parser():
     assert words and words <= known
 
 
+def commands(command):
+    """A parser, and all below it."""
+    yield command
+    for action in command._actions:
+        for below in (action.choices or {}).values() if isinstance(action.choices, dict) else ():
+            yield from commands(below)
+
+
 def test_options_named_are_known():
-    text = "".join(action.format_help()
-                   for action in next(a for a in parser()._actions if a.choices
-                                      and "demo" in a.choices).choices.values())
+    text = "".join(command.format_help() for command in commands(parser()))
     for option in set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", README)):
         assert option in text or option == "--help", option
 
