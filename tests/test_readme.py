@@ -1,5 +1,6 @@
 """The README tells the truth: its snippets run, its commands exist, its links lead somewhere."""
 
+import argparse
 from pathlib import Path
 import re
 
@@ -32,8 +33,9 @@ def commands(command):
     """A parser, and all below it."""
     yield command
     for action in command._actions:
-        for below in (action.choices or {}).values() if isinstance(action.choices, dict) else ():
-            yield from commands(below)
+        if isinstance(action, argparse._SubParsersAction):
+            for below in action.choices.values():
+                yield from commands(below)
 
 
 def test_options_named_are_known():
