@@ -10,9 +10,10 @@ import numpy as np
 from ..experiments import evaluate
 from ..holden2016 import bridge
 from ..styles.files import load_style
-from ..motion.dataset import find_clips, load_dataset
+from ..motion.dataset import find_clips, load_dataset, read_piece
 from ..motion.features import Start, decode
-from ..motion.body import read_take, seen, to_scale
+from ..motion.body import seen, to_scale
+from ..motion.labels import piece_named
 from .bodies import COLUMNS
 from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole,
                       write_json, write_report)
@@ -144,7 +145,7 @@ def _contents(dataset, style, paths, arguments):
             f"{arguments.motions}: found no clip of style {arguments.content_style!r} held out for "
             f"{', '.join(style.contents)}, needed some to try the networks on; prepare with a "
             "larger --hold-out")
-    missing = [c.name for c in found if c.name not in paths]
+    missing = [c.name for c in found if piece_named(c.name, paths) is None]
     if missing:
         raise evaluate.EvaluationError(f"{arguments.folder}: found no {missing[0]}.bvh, needed the "
                                        "folder that MOTIONS.npz was made of")
@@ -163,15 +164,18 @@ def _style_rows(dataset, style, contents, classifiers, arguments, paths, progres
         return ({"style": style.name, "system": system, "content": clip.content, "clip": clip.name,
                  **measured}, classifiers["joints"].embed(features))
     for clip in contents:
-        take = read_take(paths[clip.name])
+        piece = piece_named(clip.name, paths)
+        assert piece is not None                                 # `_contents` has looked
+        take = read_piece(piece)
         exemplars = evaluate.exemplars_of(dataset, style, clip.content)
         motions = {"style": decode(exemplars[0], Start()), "content": take.positions}
         yield _row("content", clip, evaluate.measure(take, take, exemplars, manifold, classifiers),
                    seen(take, manifold.body).features)
         for system, result, seconds in evaluate.carry_out(take, exemplars, style, network=network):
             label = "_".join(re.findall(r"\w+", system))
+            short = re.sub(r"[\[\]:]+", "_", Path(clip.name).name).strip("_")
             again = evaluate.read_back(
-                result.clip, arguments.out / f"{style.name}_{Path(clip.name).name}_{label}.bvh")
+                result.clip, arguments.out / f"{style.name}_{short}_{label}.bvh")
             measured = evaluate.measure(again, take, exemplars, manifold, classifiers)
             motions[system] = again.positions
             yield _row(system, clip, {**measured, "seconds": seconds},

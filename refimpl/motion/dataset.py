@@ -129,16 +129,25 @@ def _part(take):
     return take.positions, take.contacts, measured(take.positions, take.contacts), take.clip.fps
 
 
-def _read_part(piece, overrides, how):
+def read_piece(piece: Excerpt, overrides: dict[str, str] | None = None, **how: Any) -> Take:
+    """A clip, or the rows of it that a label names.
+
+    overrides, how : as in `body.read_take`
+    Raises LabelError where the clip has no such rows, and what `read_take` raises.
+    """
     path = piece.path
     if piece.end < 0:
-        return _part(read_take(path, overrides, **how))
+        return read_take(path, overrides, **how)
     clip = read_clip(path, overrides, **how)
     if piece.end > clip.frames:
         raise LabelError(f"{path}: found {clip.frames} rows, needed {piece.end} for the labelled "
                          f"part {piece.begin} to {piece.end}")
     part = replace(clip, values=clip.values[piece.begin:piece.end])
-    return _part(make_take(part, overrides, str(path)))
+    return make_take(part, overrides, str(path))
+
+
+def _read_part(piece, overrides, how):
+    return _part(read_piece(piece, overrides, **how))
 
 
 def _assemble(parts, labels, source, fraction):

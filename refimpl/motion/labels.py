@@ -1,6 +1,6 @@
 """Which content and style a clip has: from file names, from a table, for parts of clips too."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 import re
 from typing import Any, NamedTuple
@@ -116,15 +116,32 @@ def _frame_cuts(rows, known, label_file):
 
 
 def find_clips(folder: str | Path) -> list[Path]:
-    """The BVH files below a folder, sorted.   Raises FileNotFoundError when there are none."""
+    """The BVH files below a folder, sorted; where there are none, files of points (`.npy`, see
+    `points`).   Raises FileNotFoundError when there are neither.
+    """
     folder = Path(folder)
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder}: found no such folder, needed a folder of BVH files")
-    paths = sorted(path for path in folder.rglob("*")
-                   if path.suffix.lower() == ".bvh" and path.is_file())
+    found = sorted(path for path in folder.rglob("*")
+                   if path.suffix.lower() in (".bvh", ".npy") and path.is_file())
+    paths = [path for path in found if path.suffix.lower() == ".bvh"] or found
     if not paths:
         raise FileNotFoundError(f"{folder}: found no BVH file in it or below, needed at least one")
     return paths
+
+
+def piece_named(name: str, paths: Mapping[str, Path]) -> Excerpt | None:
+    """What a clip of a dataset was read from.
+
+    name : a name among the paths, with the rows of a part, if it is one
+
+    >>> piece_named("walk[10:70]", {"walk": Path("walk.bvh")})
+    Excerpt(path=PosixPath('walk.bvh'), begin=10, end=70)
+    """
+    part = re.fullmatch(r"(.*)\[(\d+):(\d+)\]", name)
+    if name in paths or not part:
+        return Excerpt(paths[name], 0, -1) if name in paths else None
+    return Excerpt(paths[part[1]], int(part[2]), int(part[3])) if part[1] in paths else None
 
 
 def hold_out(labels: dict[Any, tuple[str, str]], fraction: float = HELD_OUT) -> set[Any]:

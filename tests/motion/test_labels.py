@@ -7,8 +7,10 @@ import pytest
 
 from refimpl.cli import main
 from refimpl.motion import bvh
-from refimpl.motion.dataset import load_dataset
-from refimpl.motion.labels import LabelError, Excerpt, labels_from_file
+from refimpl.motion.body import read_take
+from refimpl.motion.dataset import load_dataset, read_piece
+from refimpl.motion.labels import (LabelError, Excerpt, find_clips, labels_from_file,
+                                   piece_named)
 
 from . import bodies
 
@@ -85,3 +87,22 @@ def test_a_mapping_for_some(folder, tmp_path, capsys):
     assert main([*arguments, "Old", str(own)]) == 0
     assert main([*arguments, "Happy", str(own)]) == 0                # CMU has no Chest2
     assert "'Chest2'" in capsys.readouterr().out
+
+
+def test_a_part_is_found_again_by_its_name(folder):
+    paths = {path.stem: path for path in find_clips(folder)}
+    piece = piece_named("Old_FW[10:70]", paths)
+    assert read_piece(piece).clip.frames == 60
+    whole = piece_named("Old_FW", paths)
+    np.testing.assert_array_equal(read_piece(whole).positions,
+                                  read_take(paths["Old_FW"]).positions)
+    assert piece_named("Old_FX[10:70]", paths) is None is piece_named("Old_FX", paths)
+
+
+def test_a_folder_of_points_alone_is_read(folder, tmp_path):
+    place = tmp_path / "points"
+    place.mkdir()
+    for n in range(2):
+        np.save(place / f"walk_old_{n}.npy", read_take(folder / "Happy_FW.bvh").positions / 100)
+    assert main(["prepare", str(place), "-o", str(tmp_path / "points.npz")]) == 0
+    assert len(load_dataset(tmp_path / "points.npz").clips) == 2
