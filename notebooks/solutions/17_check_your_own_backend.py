@@ -16,9 +16,9 @@ def my_backend():
         return np.where(x > 0, dy, dy.dtype.type(0))
 
     def avg_depool1d(h, width=2):
-        if h.ndim != 3 or width < 1:
-            raise ValueError(
-                f"found {h.ndim} axes and width {width}, needed 3 axes and a width from 1 on")
+        if h.ndim != 3 or h.shape[2] < 1 or width < 1:
+            raise ValueError(f"found shape {h.shape} and width {width}, needed 3 axes, frames, and "
+                             "a width from 1 on")
         return np.repeat(h, width, axis=2) / h.dtype.type(width)
 
     def avg_depool1d_backward(dx, h, width=2):

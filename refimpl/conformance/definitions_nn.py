@@ -183,7 +183,7 @@ def norm(r: np.ndarray) -> np.ndarray:
 def size_of(v: Any) -> Any:
     """|v| of a real number, and its analytic continuation for the complex step (|v| of a complex
     number is none)."""
-    return -v if v.real < 0 else v
+    return -v if np.real(v) < 0 else v
 
 
 def l1(a: np.ndarray) -> np.ndarray:

@@ -99,7 +99,9 @@ def total_loss_backward(dloss: Any, *arrays: np.ndarray, reading: str = "norm",
 def _problem(arrays, reading, c):
     step = gradients.style_gradients({"W0": c["W0"], "b0": c["b0"]}, c["mean"], c["deviation"],
                                      WEIGHTS[reading])
-    batch = Batch(c["I"], c["gram"], c["contacts"], c["bones"], c["trajectory"], c["hidden"])
+    target = c.get("foot_velocity")
+    batch = Batch(c["I"], c["gram"], c["contacts"], c["bones"], c["trajectory"], c["hidden"],
+                  foot_velocity=0.0 if target is None else target)
     return step, dict(zip(T_NAMES, arrays)), batch
 
 

@@ -21,7 +21,7 @@ Function = Callable[..., Any]
 
 EXACT = 1e-13           # of the terms that an element sums: the complex step's rounding
 PLAIN = 1e-12           # of a derivative by differences, beyond its own error
-RESOLVED, NEGLIGIBLE = 1e-5, 1e-9       # of the element, of the largest: what must be told
+RESOLVED, NEGLIGIBLE = 1e-4, 1e-9       # of the element, of the largest: what must be told
 BLURRED = 1e-6          # of the largest, where kinks or noise are near
 JUDGED = 12             # so many of the elements that disagree at first sight are measured again
 SHORTER = 0.7e-30, 0.3e-30               # other complex steps: f's own rounding differs in them
@@ -140,7 +140,7 @@ class _Look:
             value, error, jump = derivative.extrapolate_with_jump(self._along(e, step), self.dy)
             bound = 10 * error + PLAIN * abs(value)
             smooth = jump <= 1e-3 * abs(value) + bound
-            told = bound <= max(0.01 * RESOLVED * abs(value), NEGLIGIBLE * self.size * step)
+            told = bound <= max(1e-3 * RESOLVED * abs(value), NEGLIGIBLE * self.size * step)
             found[n] = value / step, (bound / step if smooth and told else np.nan)
         return found[:, 0], found[:, 1]
 

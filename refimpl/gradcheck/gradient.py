@@ -234,7 +234,7 @@ def _claims(f_backward, dy, inputs, names):
         gradients = [gradients[i] for i in chosen]
     claimed = {i: gradient for i, gradient in zip(chosen, gradients) if gradient is not None}
     if not claimed:
-        raise GradientError("f_backward: found no gradient at all, needed one for each of "
+        raise GradientError("f_backward: found NoneType for every gradient, needed one for each of "
                             f"{', '.join(names)}")
     for i, gradient in claimed.items():
         if not isinstance(gradient, (np.ndarray, np.generic)) or gradient.dtype.kind != "f":

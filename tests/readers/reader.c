@@ -26,7 +26,7 @@ static int windows(Array x, Array w, Array b, int pool, Array *y) {    /* conv1d
     if (*padding == '[') sscanf(padding, "[%ld, %ld%c", &left, &right, &close);
     long rest = T + left + right - span - 1;
     if (x.axes != 3 || stride < 1 || dilation < 1 || left < 0 || K < 1 || T < 1 || rest < 0
-        || (pool ? 2 * left > K : w.axes != 3 || w.bytes != x.bytes || C != I * G || O % G)
+        || (pool ? 2 * left > K : w.axes != 3 || w.bytes != x.bytes || C != I * G || !O || O % G)
         || (b.x && (b.axes != 1 || b.n[0] != O || b.bytes != x.bytes)) || close != ']'
         || (same && stride > 1) || padding[1] == 'f') return 1;
     *y = made(x.bytes, 3, x.n[0], O, rest / stride + 1);

@@ -28,7 +28,7 @@ const OPERATIONS = {
     const [left, right] = { same: [half, span - half], valid: [0, 0] }[padding]
       || (padding.length === 2 ? padding : [padding, padding]);
     const U = Math.floor((T + left + right - span - 1) / stride) + 1;
-    needed(stride > 0 && dilation > 0 && left >= 0 && right >= 0 && C === I * groups && K && T
+    needed(stride > 0 && dilation > 0 && left >= 0 && right >= 0 && C === I * groups && K && O && T
       && (stride === 1 || padding !== 'same') && O % groups === 0 && w.kind === x.kind && U > 0
       && (!b || (b.kind === x.kind && `${b.shape}` === `${O}`)), 'options and shapes that fit');
     return made([N, O, U], (n, o, u) => (b ? b.data[o] : 0) + total(I * K, (i) => {
