@@ -1,5 +1,5 @@
-"""A clip goes on beyond its ends, in phase where it is like itself, and what is made at its ends does
-not depend on where it was cut.
+"""A clip goes on beyond its ends, in phase where it is like itself, and what is made at its ends
+does not depend on where it was cut.
 """
 
 from dataclasses import replace
