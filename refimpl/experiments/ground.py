@@ -16,7 +16,7 @@ from ..fast import networks
 from ..holden2017.objective import LEG
 from ..holden2017.trained import Style
 from ..holden2017.transfer import project_features, stylise, transfer
-from ..motion.body import Take, features_on, make_take, seen, to_scale
+from ..motion.body import Take, features_on, make_take, seen
 from ..motion.features import FPS, POSITIONS, across, bone_lengths, encode, path_error
 from ..motion.feet import foot_skate, jerk
 from ..motion.joints import LEGS, SLOT
@@ -73,9 +73,7 @@ def _sudden(positions, take):
 
 def _standing(positions, take, style: Style, judge: Classifier):
     features, cm = encode(positions, take.start.floor)[0], LEG / take.leg
-    known = style.manifold.body
-    told = judge.classify(to_scale(features, take.leg, style.manifold.leg) if known is None
-                          else features_on(positions, known, take.contacts))
+    told = judge.classify(features_on(positions, style.manifold.body, take.contacts))
     return {"slide": cm * foot_skate(positions, take.contacts), "seen": told[0] == style.name,
             "path": cm * path_error(features, take.features)[0]}
 

@@ -16,19 +16,11 @@ import numpy as np
 
 from .difference import TINY, differences, largest
 from .errors import GradientError
+from .structure import is_float, paired
 
 LINEAR, LAYOUT = 1e-12, 1e-12                                    # relative to the largest element
 MIXTURE = 1.7, -0.6                                   # weights with which two gradients are added
 MULTIPLES = -1.0, 1000.0, 1e-3                   # of dy: abs, clipping or a threshold would show
-
-
-def is_float(x: Any) -> bool:
-    """Whether something is an array that can have a gradient.
-
-    >>> is_float(np.zeros(2)), is_float(np.arange(2)), is_float(1.0)
-    (True, False, False)
-    """
-    return isinstance(x, np.ndarray) and x.dtype.kind == "f"
 
 
 def _filler(x):
@@ -182,12 +174,7 @@ def check_contract(f: Callable[..., Any], f_backward: Callable[..., Any], *input
 
 def _gradients(f_backward, dy, inputs):
     """{input: gradient} of the inputs that have one."""
-    gradients = f_backward(dy, *inputs)
-    gradients = gradients if isinstance(gradients, (tuple, list)) else (gradients,)
-    chosen = [i for i, x in enumerate(inputs) if is_float(x)]
-    if len(gradients) == len(inputs):
-        gradients = [gradients[i] for i in chosen]
-    return {i: gradient for i, gradient in zip(chosen, gradients) if gradient is not None}
+    return paired(f_backward(dy, *inputs), inputs)
 
 
 def _left_alone(what, function, arguments, names):

@@ -64,23 +64,28 @@ def complex_step(along: Line, dy: np.ndarray, step: float = COMPLEX_STEP) -> flo
     >>> complex_step(lambda h: np.exp(h), np.ones(()))
     1.0
     """
+    found = complex_step_with_terms(along, dy, step)
+    return found and found[0]
+
+
+def complex_step_with_terms(along: Line, dy: np.ndarray, step: float = COMPLEX_STEP
+                            ) -> tuple[float, float] | None:
+    """`complex_step`, and the size of what it sums, sum |dy_j dy_j/dh|, to which its rounding is
+    relative.
+
+    >>> complex_step_with_terms(lambda h: np.array([h, -h]), np.ones(2))
+    (0.0, 2.0)
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("error")           # NumPy only warns when it drops an imaginary part
         try:
             y = along(1j * step)
         except Exception:                        # whatever it is: this function is for real numbers
             return None
-    return float(np.sum(dy * (np.imag(y) / step))) if np.iscomplexobj(y) else None
-
-
-def complex_terms(along: Line, dy: np.ndarray) -> float:
-    """The size of what the derivative by a complex step sums: sum |dy_j dy_j/dh|, to which its
-    rounding is relative.
-
-    >>> complex_terms(lambda h: np.array([h, -h]), np.ones(2))
-    2.0
-    """
-    return float(np.abs(dy * (np.imag(along(1j * COMPLEX_STEP)) / COMPLEX_STEP)).sum())
+    if not np.iscomplexobj(y):
+        return None
+    terms = dy * (np.imag(y) / step)
+    return float(np.sum(terms)), float(np.abs(terms).sum())
 
 
 def extrapolate(along: Line, dy: np.ndarray,

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from . import derivative
-from .contract import copies, is_float
+from .contract import copies
 from .difference import TINY
 from .errors import describe
 from .report import Row
-from .slope import CERTAIN, Slope, slope_at, noise_of
+from .slope import CERTAIN, Slope, noise_of, slope_at
+from .structure import is_float, paired
 
 Function = Callable[..., Any]
 
@@ -133,9 +134,8 @@ class _Look:
         step = typical_size(self.inputs[self.i])
         for n, e in enumerate(elements):
             if analytic:
-                value = derivative.complex_step(self._along(e, 1.0), self.dy)
-                terms = derivative.complex_terms(self._along(e, 1.0), self.dy)
-                found[n] = (np.nan if value is None else value), EXACT * terms
+                exact = derivative.complex_step_with_terms(self._along(e, 1.0), self.dy)
+                found[n] = (exact[0], EXACT * exact[1]) if exact else np.nan
                 continue
             value, error, jump = derivative.extrapolate_with_jump(self._along(e, step), self.dy)
             bound = 10 * error + PLAIN * abs(value)
@@ -156,9 +156,9 @@ class _Look:
         # where the step's product is too small for its digits, the differences decide alone
         if exact is not None and 1e-270 < abs(exact) < np.inf and not slope.kink:
             along = self._along(e, 1.0)
-            others = [derivative.complex_step(along, self.dy, step) for step in SHORTER]
-            rounding += CERTAIN * max(abs(exact - other) for other in others if other is not None)
-            rounding += EXACT * derivative.complex_terms(along, self.dy)
+            others = [derivative.complex_step_with_terms(along, self.dy, step) for step in SHORTER]
+            rounding += max(CERTAIN * abs(exact - value) + EXACT * terms
+                            for value, terms in filter(None, others))
             if not np.isfinite(slope.value) or abs(slope.value - exact) <= max(
                     CERTAIN * slope.error, 1e-6 * abs(exact)):
                 slope = Slope(exact, exact, 0.0)
@@ -190,21 +190,14 @@ class _Look:
                 inputs = [x + k * CLAIMS_APART * v[n] if n in v else x
                           for n, x in enumerate(self.inputs)]
                 try:
-                    gradients = self.f_backward(*copies((self.dy, *inputs)))
-                    claims.append(_gradient(gradients, inputs, self.i, self.claim))
+                    found = paired(self.f_backward(*copies((self.dy, *inputs))), inputs)[self.i]
+                    claims.append(found if np.shape(found) == self.claim.shape
+                                  else np.full(self.claim.shape, np.nan))
                 except Exception:                # whatever it is: it is not for these
                     claims.append(self.claim)
             self._noise = 30 * noise_of(claims)
-        found = float(self._noise.flat[e])
-        return min(found, 1e-10 * self.size) if np.isfinite(found) else 0.0
-
-
-def _gradient(gradients, inputs, i, claim):
-    """One input's gradient among those that a backward returns."""
-    gradients = gradients if isinstance(gradients, (tuple, list)) else (gradients,)
-    chosen = [n for n, x in enumerate(inputs) if is_float(x)]
-    found = gradients[i if len(gradients) == len(inputs) else chosen.index(i)]
-    return found if np.shape(found) == claim.shape else np.full(claim.shape, np.nan)
+        noise = float(self._noise.flat[e])
+        return min(noise, 1e-10 * self.size) if np.isfinite(noise) else 0.0
 
 
 def agrees_along(along: derivative.Line, dy: np.ndarray, claims: dict[int, np.ndarray],

@@ -19,12 +19,12 @@ from typing import Any
 import numpy as np
 
 from . import derivative
-from .contract import check_contract, copies, is_float, same_bits
+from .contract import check_contract, copies, same_bits
 from .elements import (agrees_along, judge_elements, random_directions, summed_along,
                        undecided)
 from .errors import GradientError, UndecidedError, describe
 from .report import Report, Row
-from .structure import flattened
+from .structure import flattened, is_float, paired
 
 ELEMENTS, SAMPLE = 2000, 200     # up to so many elements all are checked, beyond it a sample
 
@@ -230,9 +230,7 @@ def _claims(f_backward, dy, inputs, names):
     if len(gradients) not in (len(inputs), len(chosen)):
         raise GradientError(f"f_backward: found {len(gradients)} gradients, needed one for each of "
                             f"{', '.join(names)}")
-    if len(gradients) == len(inputs):
-        gradients = [gradients[i] for i in chosen]
-    claimed = {i: gradient for i, gradient in zip(chosen, gradients) if gradient is not None}
+    claimed = paired(gradients, inputs)
     if not claimed:
         raise GradientError("f_backward: found NoneType for every gradient, needed one for each of "
                             f"{', '.join(names)}")

@@ -101,8 +101,7 @@ def slope_at(along: Line, dy: np.ndarray, size: float) -> Slope:
         beside = _beside(both, rounding, gap, k)
         if beside:
             return beside
-        (a, error_a), (b, error_b) = (_side(side, rounding, k) for side in (left, right))
-        return Slope(a, b, max(error_a, error_b))
+        return _kink(both, rounding, k)
     if gap[k] > ROUNDING * rounding[k] and (not k or gap[k - 1] < 2.5 * gap[k]):
         middle = float(both[:, k].mean())
         return Slope(middle, middle, float(gap[k]),
@@ -111,8 +110,7 @@ def slope_at(along: Line, dy: np.ndarray, size: float) -> Slope:
     while first and _smooth(gap[first - 1], gap[first], seen[first - 1], seen[first]):
         first -= 1
     if first and gap[first - 1] <= seen[first] and not _smooth(gap[first - 1], gap[first], 0, 0):
-        (a, error_a), (b, error_b) = (_side(side, rounding, first - 1) for side in (left, right))
-        return Slope(a, b, max(error_a, error_b))        # a kink, hidden by rounding further on
+        return _kink(both, rounding, first - 1)          # hidden by rounding further on
     zone = slice(first, k + 1)
     value, error = _limit(both.mean(axis=0)[zone], rounding[zone], 2)
     jump, unsure = _limit((right - left)[zone], rounding[zone], 1)
@@ -243,6 +241,12 @@ def _beside(both, rounding, gap, k):
         return None
     middle = float(both[:, j].mean())
     return Slope(middle, middle, float(gap[j] + rounding[j]))
+
+
+def _kink(both, rounding, k):
+    """The slopes to both sides, from steps down to the k-th."""
+    right, left = (_side(quotients, rounding, k) for quotients in both)
+    return Slope(left[0], right[0], max(left[1], right[1]))
 
 
 def _side(quotients, rounding, k):

@@ -1,4 +1,4 @@
-"""Functions of dicts and tuples of arrays, as functions of arrays.
+"""Functions of dicts and tuples of arrays, as functions of arrays; which gradient is whose.
 
 Every check walks through arrays. Networks take dicts of parameters, and some operations return
 tuples; here both are taken apart and put together again.
@@ -10,6 +10,29 @@ from typing import Any
 import numpy as np
 
 from .errors import GradientError
+
+
+def is_float(x: Any) -> bool:
+    """Whether something is an array that can have a gradient.
+
+    >>> is_float(np.zeros(2)), is_float(np.arange(2)), is_float(1.0)
+    (True, False, False)
+    """
+    return isinstance(x, np.ndarray) and x.dtype.kind == "f"
+
+
+def paired(gradients: Any, inputs: Sequence[Any]) -> dict[int, Any]:
+    """What a backward returned, by the input: one array or a tuple, for all inputs or for those
+    alone that can have a gradient; without those that are None.
+
+    >>> paired((1.0, None), [np.zeros(2), 3]), paired(2.0, [3, np.zeros(2)])
+    ({0: 1.0}, {1: 2.0})
+    """
+    gradients = gradients if isinstance(gradients, (tuple, list)) else (gradients,)
+    chosen = [i for i, x in enumerate(inputs) if is_float(x)]
+    if len(gradients) == len(inputs):
+        gradients = [gradients[i] for i in chosen]
+    return {i: gradient for i, gradient in zip(chosen, gradients) if gradient is not None}
 
 
 def leaves(value: Any, name: str) -> list[tuple[str, Any]]:
@@ -89,8 +112,7 @@ def _completed(gradients, inputs, names):
     gradients = list(gradients) if isinstance(gradients, (tuple, list)) else [gradients]
     if len(gradients) == len(inputs):
         return gradients
-    able = [any(isinstance(leaf, np.ndarray) and leaf.dtype.kind == "f"
-                for _, leaf in leaves(x, "")) for x in inputs]
+    able = [any(is_float(leaf) for _, leaf in leaves(x, "")) for x in inputs]
     if len(gradients) != sum(able):
         raise GradientError(f"f_backward: found {len(gradients)} gradients, needed one for each of "
                             f"{', '.join(names)}")

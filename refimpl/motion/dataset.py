@@ -87,7 +87,9 @@ def prepare(folder: str | Path, labels: dict[Any, tuple[str, str]], *,
     if not labels:
         raise LabelError(f"{folder}: found no clip with labels, needed at least one; does the "
                          "pattern fit the file names?")
-    pieces = sorted(Excerpt(key, 0, -1) if isinstance(key, Path) else key for key in labels)
+    labels = {Excerpt(key, 0, -1) if isinstance(key, Path) else key: both
+              for key, both in labels.items()}
+    pieces = sorted(labels)
     named = {piece.path.relative_to(folder).with_suffix("").as_posix()
              + (f"[{piece.begin}:{piece.end}]" if piece.end >= 0 else ""): piece
              for piece in pieces}
@@ -107,10 +109,7 @@ def prepare(folder: str | Path, labels: dict[Any, tuple[str, str]], *,
         report(piece.path)
     if not parts:
         raise LabelError(f"{folder}: found no clip that can be used, needed at least one")
-    labels = {Excerpt(key, 0, -1) if isinstance(key, Path) else key: both
-              for key, both in labels.items()}
-    named = {name: named[name] for name in parts}
-    return _assemble(parts, {name: labels[path] for name, path in named.items()},
+    return _assemble(parts, {name: labels[named[name]] for name in parts},
                      Path(folder).resolve().name, fraction)
 
 
