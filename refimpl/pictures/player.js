@@ -295,8 +295,12 @@ async function start(host, markup, data) {
   const again = () => { draw(); drawStands(); };
   new ResizeObserver(again).observe(host);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
-  new IntersectionObserver(seen => { visible = seen.at(-1).isIntersecting; stamp = null; ask(); }).observe(host);
   reset();
   again();
-  host.dataset.ready = "yes";
+  new IntersectionObserver(seen => {             // out of sight it rests
+    visible = seen.at(-1).isIntersecting;
+    stamp = null;
+    host.dataset.ready = "yes";
+    ask();
+  }).observe(host);
 }

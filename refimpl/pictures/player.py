@@ -125,7 +125,7 @@ def show(figures: Figures, **options: Any) -> Shown:
         origin, facing +z, instead of where it is to the others (False)
     Raises ValueError.
 
-    >>> show({"still": np.zeros((2, 21, 3))}, caption="nobody").count("</script>")
+    >>> show([Figure("still", np.zeros((2, 21, 3)))], caption="nobody").count("<script>")
     1
     """
     return Shown(_fragment(_data(figures, **options)))
@@ -133,11 +133,11 @@ def show(figures: Figures, **options: Any) -> Shown:
 
 def _fragment(data, alone=""):
     """A player's place and the program that fills it."""
-    def quoted(value):                                           # nothing in it ends the <script>
+    def _quoted(value):                                           # nothing in it ends the <script>
         return json.dumps(value).replace("<", "\\u003c")
 
-    parts = {"code": _HERE.with_suffix(".js").read_text(encoding="utf-8"), "data": quoted(data),
-             "markup": quoted(_HERE.with_suffix(".html").read_text(encoding="utf-8"))}
+    parts = {"code": _HERE.with_suffix(".js").read_text(encoding="utf-8"), "data": _quoted(data),
+             "markup": _quoted(_HERE.with_suffix(".html").read_text(encoding="utf-8"))}
     name = hashlib.sha256("".join(parts.values()).encode()).hexdigest()[:16]
     return _FRAGMENT.format(name=name, alone=alone, **parts)
 
@@ -177,33 +177,33 @@ def _standing(name, positions, fps):
 
 def _checked(figure):
     """The same with all that may be left out, y up, and NaN wherever a joint is not finite."""
-    def need(good, what, found, needed):
+    def _need(good, what, found, needed):
         if not good:
             raise ValueError(f"figure {figure.name!r}, {what}: found {found}, needed {needed}")
 
     positions = np.asarray(figure.positions, dtype=float)
-    need(positions.ndim == 3 and positions.shape[2] == 3 and positions.size, "positions",
-         f"shape {positions.shape}", "(frames, joints, 3), none of them 0")
+    _need(positions.ndim == 3 and positions.shape[2] == 3 and positions.size, "positions",
+          f"shape {positions.shape}", "(frames, joints, 3), none of them 0")
     frames, joints = positions.shape[:2]
     whole = np.isfinite(positions).all(axis=-1, keepdims=True)
-    need(whole.any(), "positions", "no finite joint", "at least one in one frame")
+    _need(whole.any(), "positions", "no finite joint", "at least one in one frame")
     known = joints == JOINTS
     parents = np.asarray(PARENTS if figure.parents is None and known else figure.parents)
-    need(parents.shape == (joints,) and np.all((parents >= -1) & (parents < joints)), "parents",
-         f"shape {parents.shape} for {joints} joints", "an index for each joint, -1 for none")
-    need(np.isfinite(figure.fps) and figure.fps > 0, "fps", figure.fps, "a rate above 0")
-    need(re.fullmatch("(#[0-9a-fA-F]{6})?", figure.colour), "colour", repr(figure.colour),
-         "a # and six hexadecimal digits")
-    need(figure.up in ("y", "z"), "up", repr(figure.up), "'y' or 'z'")
+    _need(parents.shape == (joints,) and np.all((parents >= -1) & (parents < joints)), "parents",
+          f"shape {parents.shape} for {joints} joints", "an index for each joint, -1 for none")
+    _need(np.isfinite(figure.fps) and figure.fps > 0, "fps", figure.fps, "a rate above 0")
+    _need(re.fullmatch("(#[0-9a-fA-F]{6})?", figure.colour), "colour", repr(figure.colour),
+          "a # and six hexadecimal digits")
+    _need(figure.up in ("y", "z"), "up", repr(figure.up), "'y' or 'z'")
     feet = list((FEET if known else ()) if figure.feet is None else map(int, figure.feet))
     planted = np.asarray(figure.planted)
     if figure.planted is None:
         planted, feet = np.zeros((frames, 0)), []
-    need(planted.shape == (frames, len(feet)) and set(feet) <= set(range(joints)),
-         "planted, feet", f"shape {planted.shape}, joints {feet}",
-         f"({frames}, feet) and a joint for each foot")
+    _need(planted.shape == (frames, len(feet)) and set(feet) <= set(range(joints)),
+          "planted, feet", f"shape {planted.shape}, joints {feet}",
+          f"({frames}, feet) and a joint for each foot")
     head = SLOT["Head"] if figure.head is None and known else figure.head
-    need(head is None or 0 <= head < joints, "head", head, f"a joint below {joints}")
+    _need(head is None or 0 <= head < joints, "head", head, f"a joint below {joints}")
     if figure.up == "z":
         positions = positions[..., [0, 2, 1]] * [1, 1, -1]
     return replace(figure, positions=np.where(whole, positions, np.nan), parents=parents,
