@@ -113,8 +113,8 @@ def test_keys(chromium, pair):
     chromium.open(pair, still=True)
     chromium.evaluate("part('.scene').focus()")
     for key, said in [("ArrowRight", "frame 1 "), ("ArrowRight", "frame 2 "),
-                      ("ArrowLeft", "frame 1 "), ("PageDown", "frame 61 "), ("End", "frame 119 "),
-                      ("PageUp", "frame 59 "), ("Home", "frame 0 "), ("ArrowLeft", "frame 0 ")]:
+                      ("ArrowLeft", "frame 1 "), ("PageUp", "frame 61 "), ("End", "frame 119 "),
+                      ("PageDown", "frame 59 "), ("Home", "frame 0 "), ("ArrowLeft", "frame 0 ")]:
         chromium.key(key)
         chromium.evaluate("picture(0)")
         assert said in chromium.evaluate("said()") + " ", key
@@ -223,6 +223,8 @@ ODD = {
     "a name of HTML": [Figure("<b>bold</b></script><script>throw 1</script>", walker())],
     "a long name": [Figure("a name that goes on and on, " * 9, walker()), Figure("🕺" * 90, walker())],
     "far away": [Figure("a", walker() + 1e7)],
+    "a joint left behind": [Figure("a", np.concatenate([0 * walker()[:, :1], walker() + [9e3, 0, 0]],
+                                                       axis=1), [-1, *range(21)])],
     "lying": [Figure("a", walker()[..., [0, 2, 1]] * [1, -1, 1])],
     "a slow rate": [Figure("a", walker()[::60], fps=0.5)],
     "a swift rate": [Figure("a", walker(), fps=1000.0)],
