@@ -149,18 +149,22 @@ def _data(figures, *, fps=60.0, title="", caption="", unit="cm", align=False):
         figures = [_standing(name, positions, fps) for name, positions in figures.items()]
     if not figures:
         raise ValueError("figures: found none, needed at least one")
-    placed, stage = [], None
+    placed: list[tuple[Figure, np.ndarray, float]] = []
+    turn, origin = np.eye(3), [0.0, 0.0, 0.0]
     for figure in map(_checked, figures):
-        seen = np.isfinite(figure.positions[..., 0])             # (T, J)
-        centre = _centre(figure.positions, seen)
-        reach = _reach(figure.positions - centre, seen)
-        middle = gaussian_filter1d(centre, 0.3 * figure.fps, axis=0, mode="nearest")
-        if stage is None or align:                               # who comes first sets the stage
-            lows = np.where(seen, figure.positions[..., 1], np.inf).min(axis=1)[seen.any(axis=1)]
+        first = align or not placed                              # who comes first sets the stage
+        if first:
+            turn = _turn(figure.positions[0])
+        positions = figure.positions @ turn
+        seen = np.isfinite(positions[..., 0])                    # (T, J)
+        centre = _centre(positions, seen)
+        reach = _reach(positions - centre, seen)
+        centre = gaussian_filter1d(centre, 0.3 * figure.fps, axis=0, mode="nearest")
+        if first:
+            lows = np.where(seen, positions[..., 1], np.inf).min(axis=1)[seen.any(axis=1)]
             floor = np.percentile(lows, 2) - 0.03 * reach        # a sole is below its joints
-            stage = [middle[0, 0, 0], floor, middle[0, 0, 2]], _turn(figure.positions[0])
-        points = (np.concatenate([figure.positions, middle], axis=1) - stage[0]) @ stage[1]
-        placed.append((figure, points, reach))
+            origin = [centre[0, 0, 0], floor, centre[0, 0, 2]]
+        placed.append((figure, np.concatenate([positions, centre], axis=1) - origin, reach))
     names = [figure.name + " " * n * (figure.name in [f.name for f, _, _ in placed[:n]])
              for n, (figure, _, _) in enumerate(placed)]         # one colour each, twins too
     return {"title": title, "caption": caption, "unit": unit,
