@@ -1,6 +1,7 @@
 """A headless Chromium that the tests drive over its DevTools pipe, where the machine has one."""
 
 import base64
+import fcntl
 import itertools
 import json
 import os
@@ -31,17 +32,17 @@ class Browser:
     """One page in one browser; a context manager."""
 
     def __init__(self, folder):
-        to_it, self._write = os.pipe()
-        self._read, from_it = os.pipe()
-
-        def connect():                                           # it reads 3 and writes 4
-            os.dup2(to_it, 103), os.dup2(from_it, 104)
-            os.dup2(103, 3), os.dup2(104, 4)
+        near, self._write = os.pipe()
+        self._read, far = os.pipe()
+        to_it, from_it = (fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (near, far))
+        os.close(near), os.close(far)                            # 3 and 4 must be free
 
         self._process = subprocess.Popen(
-            [find(), "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe",
-             "--hide-scrollbars", f"--user-data-dir={folder}", "about:blank"], close_fds=False,
-            preexec_fn=connect, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            ["sh", "-c", f'exec "$0" "$@" 3<&{to_it} 4>&{from_it}',              # as it wants them
+             find(), "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe",
+             "--hide-scrollbars", f"--user-data-dir={folder}", "about:blank"],
+            pass_fds=(to_it, from_it), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL)
         os.close(to_it), os.close(from_it)
         self._ids, self._rest, self._session = itertools.count(1), b"", None
         target = next(one for one in self.call("Target.getTargets")["targetInfos"]
@@ -147,7 +148,8 @@ window.coloured = (n = 0) => {
       found.push([i / 4 % width, Math.floor(i / 4 / width)]);
   const xs = found.map(p => p[0]).filter((_, k) => found[k][1] > 60);       // below the names
   const within = (from, to) => found.filter(p => p[0] >= from * width && p[0] < to * width).length;
-  return {sum: found.length, left: Math.min(...xs), right: Math.max(...xs), 
-    in_left: within(0, 0.5), in_right: within(0.5, 1), in_middle: within(0.4, 0.6), width, height, all: found.flat().reduce((h, v) => (31 * h + v) | 0, 7)};
+  return {sum: found.length, left: Math.min(...xs), right: Math.max(...xs),
+    in_left: within(0, 0.5), in_right: within(0.5, 1), in_middle: within(0.4, 0.6), width, height,
+    all: found.flat().reduce((h, v) => (31 * h + v) | 0, 7)};
 };
 """

@@ -179,7 +179,8 @@ def test_overlay_onion_skin_and_standing_feet(chromium, pair, tmp_path):
     overlay = chromium.evaluate("coloured()")
     assert overlay["in_middle"] > 3 * beside["in_middle"]
     assert chromium.evaluate("(c => !c.hidden && c.height > 20)(part('.stands'))")
-    write_player(tmp_path / "bare.html", [Figure("content", walker()), Figure("result", walker("old"))])
+    write_player(tmp_path / "bare.html", [Figure("content", walker()),
+                                          Figure("result", walker("old"))])
     chromium.open(tmp_path / "bare.html", still=True)
     chromium.evaluate("slide = part('input'), slide.value = 60, slide.oninput(), picture(0)")
     assert chromium.evaluate("part('.stands').hidden")
@@ -221,7 +222,8 @@ ODD = {
     "three lengths and rates": [Figure(f"f{n}", walker(seconds=n)[::n], fps=60.0 / n)
                                 for n in (1, 2, 3)],
     "a name of HTML": [Figure("<b>bold</b></script><script>throw 1</script>", walker())],
-    "a long name": [Figure("a name that goes on and on, " * 9, walker()), Figure("🕺" * 90, walker())],
+    "a long name": [Figure("a name that goes on and on, " * 9, walker()),
+                    Figure("🕺" * 90, walker())],
     "far away": [Figure("a", walker() + 1e7)],
     "a joint left behind": [Figure("a", np.concatenate([0 * walker()[:, :1], walker() + [9e3, 0, 0]],
                                                        axis=1), [-1, *range(21)])],
