@@ -38,7 +38,7 @@ class Browser:
         os.close(near), os.close(far)                            # 3 and 4 must be free
 
         self._process = subprocess.Popen(
-            ["bash", "-c", f'exec "$0" "$@" 3<&{to_it} 4>&{from_it}',              # as it wants them
+            ["bash", "-c", f'exec "$0" "$@" 3<&{to_it} 4>&{from_it}',    # as it wants
              find(), "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe",
              "--hide-scrollbars", f"--user-data-dir={folder}", "about:blank"],
             pass_fds=(to_it, from_it), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
@@ -140,10 +140,17 @@ window.player = (n = 0) => document.querySelectorAll(".refimpl-player")[n].shado
 window.part = (name, n = 0) => player(n).querySelector(name);
 window.said = (n = 0) => part("output", n).textContent;
 window.pressed = name => part(name).getAttribute("aria-pressed") === "true";
+window.scrub = frame => { const slide = part("input");
+  slide.value = frame, slide.oninput(), picture(0); return coloured(); };
+window.has_colour = (name, places) => { const pen = part(name).getContext("2d");
+  return places.map(place => pen.getImageData(...place, 1, 1).data.slice(0, 3))
+    .map(rgb => Math.max(...rgb) - Math.min(...rgb) > 50); };
 window.coloured = (n = 0) => {
   const {width, height} = part(".scene", n), pen = part(".scene", n).getContext("2d");
   const data = pen.getImageData(0, 0, width, height).data, columns = new Array(width).fill(0);
-  let all = 7, left = width, right = 0;
+  let all = 7, left = width, right = 0, written = 0;             // letters of the names
+  for (let i = 0; i < 4 * 24 * width; i += 4)
+    written += data[i + 3] > 128 && data[i] + data[i + 1] + data[i + 2] < 200;
   for (let i = 0; i < data.length; i += 4) {
     const r = data[i], g = data[i + 1], b = data[i + 2];
     if (Math.max(r, g, b) - Math.min(r, g, b) <= 50) continue;
@@ -154,6 +161,6 @@ window.coloured = (n = 0) => {
   }
   const within = (from, to) => columns.slice(from * width, to * width).reduce((a, b) => a + b, 0);
   return {sum: within(0, 1), left, right, in_left: within(0, 0.5), in_right: within(0.5, 1),
-    in_middle: within(0.4, 0.6), width, height, all};
+    in_middle: within(0.4, 0.6), width, height, all, written};
 };
 """

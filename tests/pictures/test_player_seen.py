@@ -15,6 +15,7 @@ from refimpl.motion.feet import foot_contacts
 from refimpl.pictures.player import Figure, page, show, write_player
 
 from . import browser
+from .test_player import data, decoded
 
 pytestmark = pytest.mark.skipif(browser.find() is None, reason="no Chromium is installed here "
                                 "(Debian: apt-get install chromium-headless-shell; or name one in "
@@ -72,16 +73,36 @@ def test_every_picture_shows_its_time(chromium, pair, width, dark):
     assert chromium.requests == [pair.as_uri()] and not chromium.errors
 
 
+def test_joints_are_drawn_where_they_are(chromium, tmp_path):
+    """By the projection written out a second time: six reaches away, from -0.9 and 0.25 radians."""
+    text = show([Figure("content", walker("zombie"))])
+    (tmp_path / "a.html").write_text(f"<!DOCTYPE html><body>{text}</body>", encoding="utf-8")
+    figure, = data(text)["figures"]
+    points, _, _ = decoded(figure)
+    chromium.open(tmp_path / "a.html", still=True)
+    for frame in (0, 37, 119):
+        seen = chromium.evaluate(f"scrub({frame})")
+        w, h, reach = seen["width"], seen["height"], figure["reach"]
+        d = points[frame, :-1] - points[frame, -1]
+        ahead = d[:, 0] * np.sin(-0.9) + d[:, 2] * np.cos(-0.9)
+        near = ahead * np.cos(0.25) + d[:, 1] * np.sin(0.25)
+        scale = min(w / 1.5, h / 2.5) / reach * 6 * reach / (6 * reach - near)
+        x = w / 2 + scale * (d[:, 0] * np.cos(-0.9) - d[:, 2] * np.sin(-0.9))
+        y = 0.53 * h - scale * (d[:, 1] * np.cos(0.25) - ahead * np.sin(0.25))
+        places = np.rint(np.stack([x, y], axis=-1)).astype(int).tolist()
+        assert all(chromium.evaluate(f"has_colour('.scene', {places})"))
+        beside = [[x + 220, y] for x, y in places]
+        assert not any(chromium.evaluate(f"has_colour('.scene', {beside})"))
+
+
 def test_between_two_frames_it_interpolates(chromium, tmp_path):
     write_player(tmp_path / "a.html", [Figure("hands", opening(1.9), [-1, 0, 0, 0], 10.0)])
     chromium.open(tmp_path / "a.html", width=800, still=True)
     widths = {}
     for frames in (10, 15):                                      # at 1 s and at 1.5 s
-        chromium.evaluate(f"slide = part('input'), slide.value = {frames}, slide.oninput(), "
-                          "picture(0)")
-        found = chromium.evaluate("coloured()")
+        found = chromium.evaluate(f"scrub({frames})")
         widths[frames] = found["right"] - found["left"]
-    chromium.evaluate("slide.value = 10, slide.oninput(), part('.play').click(), picture(0)")
+    chromium.evaluate("scrub(10), part('.play').click(), picture(0)")
     for k in range(1, 6):                                        # a quarter second, none is a frame
         chromium.evaluate(f"picture({50 * k})")
     found = chromium.evaluate("coloured()")
@@ -154,7 +175,7 @@ def test_touch_turns_pinches_and_scrubs(chromium, pair):
     chromium.open(pair, width=400, still=True, touch=True)
     chromium.evaluate("picture(0)")
     before = chromium.evaluate("coloured()")
-    chromium.touch([(200, 200)], [(230, 202)], [(260, 204)])
+    chromium.touch([(200, 200)], [(230, 200)], [(260, 200)])
     chromium.evaluate("picture(0)")
     turned = chromium.evaluate("coloured()")
     assert turned["all"] != before["all"] and abs(turned["sum"] / before["sum"] - 1) < 0.4
@@ -169,8 +190,7 @@ def test_touch_turns_pinches_and_scrubs(chromium, pair):
 
 def test_overlay_onion_skin_and_standing_feet(chromium, pair, tmp_path):
     chromium.open(pair, still=True)
-    chromium.evaluate("slide = part('input'), slide.value = 60, slide.oninput(), picture(0)")
-    beside = chromium.evaluate("coloured()")
+    beside = chromium.evaluate("scrub(60)")
     assert chromium.evaluate("pressed('.beside')") and not chromium.evaluate("pressed('.onion')")
     chromium.evaluate("part('.onion').click(), picture(0)")
     onion = chromium.evaluate("coloured()")
@@ -178,13 +198,55 @@ def test_overlay_onion_skin_and_standing_feet(chromium, pair, tmp_path):
     chromium.evaluate("part('.onion').click(), part('.beside').click(), picture(0)")
     overlay = chromium.evaluate("coloured()")
     assert overlay["in_middle"] > 3 * beside["in_middle"]
-    assert chromium.evaluate("(c => !c.hidden && c.height > 20)(part('.stands'))")
     write_player(tmp_path / "bare.html", [Figure("content", walker()),
                                           Figure("result", walker("old"))])
     chromium.open(tmp_path / "bare.html", still=True)
-    chromium.evaluate("slide = part('input'), slide.value = 60, slide.oninput(), picture(0)")
+    assert chromium.evaluate("scrub(60)")["sum"] < beside["sum"]                # no discs
     assert chromium.evaluate("part('.stands').hidden")
-    assert chromium.evaluate("coloured()")["sum"] < beside["sum"]              # no discs
+
+
+def test_the_bars_above_the_slider_tell_when_feet_stand(chromium, tmp_path):
+    planted = np.zeros((120, 4), bool)
+    planted[30:90, 2] = True
+    write_player(tmp_path / "a.html", [Figure("content", walker(), planted=planted)])
+    chromium.open(tmp_path / "a.html", still=True)
+    wide = chromium.evaluate("part('.stands').width")
+    places = [[int(wide * share), 4 * row + 1] for row in range(4) for share in (0.2, 0.5, 0.8)]
+    found = chromium.evaluate(f"has_colour('.stands', {places})")
+    assert found == [False] * 7 + [True] + [False] * 4
+
+
+def test_figures_that_are_apart_are_both_seen_in_one_view(chromium, tmp_path):
+    write_player(tmp_path / "a.html", [Figure("content", walker()),
+                                       Figure("result", walker() + [250.0, 0.0, 0.0])])
+    chromium.open(tmp_path / "a.html", width=400, still=True)
+    found = chromium.evaluate("part('.beside').click(), scrub(60)")
+    assert min(found["in_left"], found["in_right"]) > 300
+    assert found["left"] > 5 and found["right"] < found["width"] - 5
+
+
+def test_what_is_missing_and_who_has_ended_is_told(chromium, tmp_path):
+    motion = walker()
+    motion[30:60] = np.nan
+    write_player(tmp_path / "a.html", [Figure("content", motion)])
+    chromium.open(tmp_path / "a.html", still=True)
+    whole, missing = (chromium.evaluate(f"scrub({frame})") for frame in (20, 40))
+    assert missing["sum"] < 0.4 * whole["sum"] and missing["written"] > 2 * whole["written"]
+    write_player(tmp_path / "b.html", [Figure("content", motion), Figure("result", motion[:30])])
+    chromium.open(tmp_path / "b.html", still=True)
+    before, after = (chromium.evaluate(f"scrub({frame})") for frame in (20, 100))
+    assert after["written"] > 1.2 * before["written"]
+
+
+def test_words_stay_words(chromium, tmp_path):
+    words = "<b>bold</b> & <img src=x onerror='throw 1'>"
+    write_player(tmp_path / "a.html", [Figure(words, walker())], title=words, caption=words,
+                 unit=words)
+    chromium.open(tmp_path / "a.html", still=True)
+    assert chromium.evaluate("[part('h1').textContent, part('.caption').textContent, "
+                             "document.title]") == [words] * 3
+    assert chromium.evaluate("player().querySelectorAll('b, img').length") == 0
+    assert not chromium.errors and len(chromium.requests) == 1
 
 
 def test_several_in_one_page_and_in_frames_leave_each_other_alone(chromium, tmp_path):
