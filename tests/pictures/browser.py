@@ -142,6 +142,8 @@ window.said = (n = 0) => part("output", n).textContent;
 window.pressed = name => part(name).getAttribute("aria-pressed") === "true";
 window.scrub = frame => { const slide = part("input");
   slide.value = frame, slide.oninput(), picture(0); return coloured(); };
+window.drawn = places => places.map(place =>
+  part(".scene").getContext("2d").getImageData(...place, 1, 1).data[3] > 60);
 window.has_colour = (name, places) => { const pen = part(name).getContext("2d");
   return places.map(place => pen.getImageData(...place, 1, 1).data.slice(0, 3))
     .map(rgb => Math.max(...rgb) - Math.min(...rgb) > 50); };

@@ -73,26 +73,39 @@ def test_every_picture_shows_its_time(chromium, pair, width, dark):
     assert chromium.requests == [pair.as_uri()] and not chromium.errors
 
 
-def test_joints_are_drawn_where_they_are(chromium, tmp_path):
+def test_joints_way_and_floor_are_drawn_where_they_are(chromium, tmp_path):
     """By the projection written out a second time: six reaches away, from -0.9 and 0.25 radians."""
     text = show([Figure("content", walker("zombie"))])
     (tmp_path / "a.html").write_text(f"<!DOCTYPE html><body>{text}</body>", encoding="utf-8")
-    figure, = data(text)["figures"]
+    shown = data(text)
+    figure, reach = shown["figures"][0], shown["figures"][0]["reach"]
     points, _, _ = decoded(figure)
     chromium.open(tmp_path / "a.html", still=True)
     for frame in (0, 37, 119):
         seen = chromium.evaluate(f"scrub({frame})")
-        w, h, reach = seen["width"], seen["height"], figure["reach"]
-        d = points[frame, :-1] - points[frame, -1]
-        ahead = d[:, 0] * np.sin(-0.9) + d[:, 2] * np.cos(-0.9)
-        near = ahead * np.cos(0.25) + d[:, 1] * np.sin(0.25)
-        scale = min(w / 1.5, h / 2.5) / reach * 6 * reach / (6 * reach - near)
-        x = w / 2 + scale * (d[:, 0] * np.cos(-0.9) - d[:, 2] * np.sin(-0.9))
-        y = 0.53 * h - scale * (d[:, 1] * np.cos(0.25) - ahead * np.sin(0.25))
-        places = np.rint(np.stack([x, y], axis=-1)).astype(int).tolist()
-        assert all(chromium.evaluate(f"has_colour('.scene', {places})"))
-        beside = [[x + 220, y] for x, y in places]
-        assert not any(chromium.evaluate(f"has_colour('.scene', {beside})"))
+        w, h = seen["width"], seen["height"]
+
+        def places(world):
+            d = world - points[frame, -1]
+            ahead = d[:, 0] * np.sin(-0.9) + d[:, 2] * np.cos(-0.9)
+            near = ahead * np.cos(0.25) + d[:, 1] * np.sin(0.25)
+            scale = min(w / 1.5, h / 2.5) / reach * 6 * reach / (6 * reach - near)
+            x = w / 2 + scale * (d[:, 0] * np.cos(-0.9) - d[:, 2] * np.sin(-0.9))
+            y = 0.53 * h - scale * (d[:, 1] * np.cos(0.25) - ahead * np.sin(0.25))
+            return np.rint(np.stack([x, y], axis=-1)).astype(int)
+
+        joints = places(points[frame, :-1])
+        assert all(chromium.evaluate(f"has_colour('.scene', {joints.tolist()})"))
+        assert not any(chromium.evaluate(f"has_colour('.scene', {(joints + [220, 0]).tolist()})"))
+        around = [max(0, frame - 25), frame, min(119, frame + 25)]
+        way = places(points[around, -1] * [1, 0, 1])
+        near = (way[:, None] + [[0, -1], [0, 0], [0, 1]]).reshape(-1, 2)
+        told = np.reshape(chromium.evaluate(f"has_colour('.scene', {near.tolist()})"), (-1, 3))
+        assert told.any(axis=1).all()
+        corner = np.round(points[frame, -1] / shown["square"]) * [1, 0, 1] + [[1, 0, 1], [2, 0, 1]]
+        lines = places(corner * shown["square"] * [1, 0, 1])
+        assert all(chromium.evaluate(f"drawn({lines.tolist()})"))
+        assert not all(chromium.evaluate(f"drawn({(lines + [0, 5]).tolist()})"))
 
 
 def test_between_two_frames_it_interpolates(chromium, tmp_path):
