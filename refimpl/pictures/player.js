@@ -110,8 +110,11 @@ async function start(host, markup, data) {
       }
   }
   function way(pen, view, figure) {              // of the middle over the floor, ten seconds before and after
-    const from = Math.max(0, time - 10), to = Math.min((figure.frames - 1) / figure.fps, time + 10), points = [];
-    for (let t = from; t <= to; t += 0.1) { const [x, , z] = centre(figure, t); points.push([x, 0, z]); }
+    const now = Math.round(10 * time), end = (figure.frames - 1) / figure.fps, points = [];
+    for (let k = Math.max(0, now - 100); k <= now + 100; k++) {        // in tenths, so that it lies still
+      const [x, , z] = centre(figure, Math.min(k / 10, end));
+      points.push([x, 0, z]);
+    }
     pen.strokeStyle = mixed(figure.shade, colours.paper, 0.5);
     pen.lineWidth = 1.5;
     line(pen, view, points);
