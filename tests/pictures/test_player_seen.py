@@ -276,6 +276,16 @@ def test_several_in_one_page_and_in_frames_leave_each_other_alone(chromium, tmp_
     assert not chromium.errors
 
 
+def test_what_was_hidden_is_drawn_when_it_is_shown(chromium, tmp_path):
+    (tmp_path / "tab.html").write_text("<!DOCTYPE html><body><div id=tab style='display: none'>"
+                                       f"{show({'a': walker()})}</div></body>", "utf-8")
+    chromium.open(tmp_path / "tab.html", clock=False)
+    chromium.evaluate("tab.style.display = 'block', new Promise(done => requestAnimationFrame("
+                      "() => requestAnimationFrame(() => setTimeout(done))))")
+    assert chromium.evaluate("coloured().sum") > 500
+    assert not chromium.errors
+
+
 def test_the_page_scrolls_over_a_player_of_a_notebook(chromium, pair, tmp_path):
     """Alone in its page the wheel comes nearer at once; among other things only after a click."""
     (tmp_path / "book.html").write_text(f"<!DOCTYPE html><body>{show({'a': walker()})}"
