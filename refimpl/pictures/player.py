@@ -168,7 +168,7 @@ def _data(figures, *, fps=60.0, title="", caption="", unit="cm", align=False):
     names = [figure.name + " " * n * (figure.name in [f.name for f, _, _ in placed[:n]])
              for n, (figure, _, _) in enumerate(placed)]         # one colour each, twins too
     return {"title": title, "caption": caption, "unit": unit,
-            "square": round_length(0.6 * max(reach for _, _, reach in placed)),
+            "square": round_length(0.7 * max(reach for _, _, reach in placed)),
             "figures": [_numbers(*one, colour)
                         for one, colour in zip(placed, colours(names).values())]}
 
