@@ -112,6 +112,22 @@ class OutputPath(_Path):
     """A file that a command writes: no input and no other output may be it."""
 
 
+class OutputClip(OutputPath):
+    """A clip that a command writes, as BVH, as its name must say; a pipe or a device may have any.
+
+    >>> OutputClip("walk.bvh")
+    'walk.bvh'
+    """
+
+    def __new__(cls, text: str) -> "OutputClip":
+        """Refuse a name of another kind than what is written."""
+        if text and not text.lower().endswith(".bvh") and not is_special(text):
+            raise argparse.ArgumentTypeError(
+                f"found {text}, which does not end in .bvh, needed a name that does, since that is "
+                f"what is written; try {text}.bvh")
+        return super().__new__(cls, text)
+
+
 class OutputFolder(OutputPath):
     """A folder that a command writes files into."""
 
@@ -143,14 +159,6 @@ def there_already(folder: str, names: list[str]) -> dict[str, str]:
     paths = {name: os.path.join(folder, name) for name in names}
     return {f"the {name} in {folder}": path for name, path in paths.items()
             if os.path.lexists(path)}
-
-
-def check_ending(path: str, ending: str) -> None:
-    """Refuse an output of another kind than its name says; a pipe or a device may have any name."""
-    if not path.lower().endswith(ending) and not is_special(path):
-        raise ValueError(
-            f"{path}: found an output that does not end in {ending}, needed one that does, since "
-            f"that is what is written; try {path}{ending}")
 
 
 def write_json(path: str | Path, content: Any) -> None:

@@ -17,7 +17,7 @@ from ..motion.canonical import PARTS
 from ..motion.clip import plus_offsets
 from ..motion.joints import SLOT, MappingError
 from ..motion.part import frames_of, part_of
-from .options import (InputPath, OutputPath, add_reading, check_ending, number, parts, reading,
+from .options import (InputPath, OutputClip, OutputPath, add_reading, number, parts, reading,
                       whole, write_report)
 
 DESCRIPTION = """A clip in another style, on its own skeleton, at its own rate: by a trained
@@ -39,7 +39,7 @@ def add_commands(commands: Any) -> None:
     command.add_argument("style_file", metavar="STYLE.npz", nargs="?", type=InputPath,
                          help="what `refimpl train-style` wrote")
     command.add_argument("clip", metavar="CLIP.bvh", nargs="?", type=InputPath, help="the content")
-    command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputPath, required=True)
+    command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputClip, required=True)
     add_reading(command)
     command.add_argument("--from", dest="begin", metavar="SECONDS", type=number(least=0),
                          default=0.0, help="write the clip from here on "
@@ -101,7 +101,6 @@ def run(arguments: argparse.Namespace) -> None:
     """
     optimised = arguments.method == "optimise"
     content = _check_method(arguments)
-    check_ending(arguments.output, ".bvh")
     overrides, how = reading(arguments)
     if optimised:
         network = (bridge.read(arguments.network, arguments.preprocess)

@@ -102,10 +102,10 @@ def inference(problem: Problem, peer: Any, seconds: float,
             for params in (problem.T, problem.L)]
     for count in frames:
         X = problem.motion(1, count)
-        exact = networks.project(networks.transform(X.astype(float), wide[0]), wide[1])
+        exact = networks.project(networks.transformation(X.astype(float), wide[0]), wide[1])
         rivals = {
             "tiled": lambda: stylist.stylise(X),
-            "direct": lambda: networks.project(networks.transform(X, problem.T), problem.L),
+            "direct": lambda: networks.project(networks.transformation(X, problem.T), problem.L),
             **(peer.inference(problem, X) if peer else {})}
         rows.append(_row(f"stylise + project, {count} frames", problem.dtype, rivals, seconds,
                          relative_error(stylist.stylise(X), exact)))

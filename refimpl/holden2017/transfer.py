@@ -22,11 +22,11 @@ def stylise(features: np.ndarray, style: Style, *, projected: bool = True,
             networks: Any = text) -> np.ndarray:
     """P(T(I)) of features on the model's scale, or T(I) alone.   (T, 66)  ->  (T, 66)
 
-    networks : who computes `transform` and `project`, this room's definitions unless given;
+    networks : who computes `transformation` and `project`, this room's definitions unless given;
     `fast.networks` is sooner
     """
     manifold = style.manifold
-    O = networks.transform(manifold.network_input(features), style.params)
+    O = networks.transformation(manifold.network_input(features), style.params)
     return manifold.motion(networks.project(O, manifold.params) if projected else O)
 
 

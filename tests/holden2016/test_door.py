@@ -206,7 +206,7 @@ def test_a_style_trained_on_it_goes_to_disk_and_back(made, takes, tmp_path):
     results = [fast.project(fast.transform(X, s.params), s.manifold.params) for s in (again, style)]
     np.testing.assert_array_equal(*results)
     np.testing.assert_allclose(fast.project(fast.transform(X, style.params), manifold.params),
-                               networks.project(networks.transform(X, style.params),
+                               networks.project(networks.transformation(X, style.params),
                                                 manifold.params), atol=1e-10)
     with pytest.raises(FormatError, match="a decoder that does not fit"):
         save_style(path, replace(style,
