@@ -119,7 +119,7 @@ class OutputClip(OutputPath):
     'walk.bvh'
     """
 
-    def __new__(cls, text: str) -> "OutputClip":
+    def __new__(cls, text: str) -> Any:
         """Refuse a name of another kind than what is written."""
         if text and not text.lower().endswith(".bvh") and not is_special(text):
             raise argparse.ArgumentTypeError(

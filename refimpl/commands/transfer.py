@@ -138,7 +138,7 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.json:
         row = {"content": content, "style": name, "result": arguments.output,
                "frames": result.clip.frames, "fps": result.clip.fps, "mean path error": mean,
-               "largest path error": largest, "way": way, "unit": unit, "path kept": result.kept,
+               "largest path error": largest, "way": way, "unit": unit,
                "strangeness": None if np.isnan(result.strangeness) else result.strangeness,
                "warnings": "; ".join(result.warnings)}
         settings = {key: value for key, value in vars(arguments).items() if key != "run"}

@@ -12,7 +12,8 @@ from . import gait as legs
 RAMP = 1.3                       # seconds from walking to standing still, and back
 # Degrees: how far an arm is raised to the front and to the side, and its elbow bends, in gestures.
 RAISED = {"Arm": (10.0, 150.0), "Out": (-5.0, 100.0), "Elbow": (0.0, 110.0)}
-BUSY = {"lean": 9.0, "tilt": 6.0, "look": 20.0, "nod": 8.0}      # trunk and head, meanwhile
+BUSY = {"lean": 9.0, "tilt": 6.0, "twist": 15.0, "look": 20.0, "nod": 8.0}   # trunk, head
+BOW = 70.0                                                       # and the trunk now and then
 
 
 def drift(rng: np.random.Generator, time: np.ndarray, low: float = 0.1,
@@ -27,11 +28,12 @@ def drift(rng: np.random.Generator, time: np.ndarray, low: float = 0.1,
 
 def path_over_floor(rng: np.random.Generator, frames: int, gait: legs.Gait, turn: float,
                     cadence: float, pause: tuple[float, float] | None = None,
-                    ) -> tuple[legs.Path, np.ndarray, int]:
+                    heading: float = 0.0) -> tuple[legs.Path, np.ndarray, int]:
     """The way over the floor and three cycles more at both ends; the turn sets in within the first
     0.8 s. Who pauses does it while both feet are on the ground.
 
     turn : radians / second;  cadence : cycles / second;  pause : seconds from and to, or None
+    heading : radians, which way it goes from where it faces, to the left
     ->  Path, the pace along it (n,) from 0, standing, to 1, the clip's first frame on it
     """
     speed, start = gait.speed, int(np.ceil(3.0 / cadence * FPS))
@@ -45,7 +47,8 @@ def path_over_floor(rng: np.random.Generator, frames: int, gait: legs.Gait, turn
     yaw = np.cumsum(turn * pace * ease(time / 0.8)) / FPS + wander
     yaw = yaw - yaw[start]
     # cadence and stride both grow with the square root of the speed
-    position = np.cumsum((speed * pace ** 2 / FPS)[:, None] * legs.forward_of(yaw), axis=0)
+    position = np.cumsum((speed * pace ** 2 / FPS)[:, None] * legs.forward_of(yaw + heading),
+                         axis=0)
     begin = rng.uniform()
     phase = begin + cadence * time + 0.008 * drift(rng, time)
     if pause:
@@ -75,6 +78,7 @@ def gesturing(rng: np.random.Generator, time: np.ndarray, size: float) -> dict:
     if not size:
         return {}
     found = {name: size * degrees * drift(rng, time) for name, degrees in BUSY.items()}
+    found["lean"] += size * BOW * (0.5 + 0.5 * np.tanh(3.0 * (drift(rng, time) - 1.3)))
     for side in ("Left", "Right"):
         raised = size * (0.5 + 0.5 * np.tanh(2.5 * drift(rng, time, 0.1, 0.4)))
         for part, (low, high) in RAISED.items():

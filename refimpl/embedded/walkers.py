@@ -67,7 +67,7 @@ def skeleton_joints(person: Person = Person()) -> tuple[Joint, ...]:
 def make_clip(content: str = "walk", style: str | Manner = "normal", person: Person = Person(),
               seconds: float = 4.0, seed: int = 0, speed: float | None = None,
               turn: float | None = None, pause: tuple[float, float] | None = None,
-              gestures: float = 0.0) -> Motion:
+              gestures: float = 0.0, heading: float = 0.0) -> Motion:
     r"""A clip of somebody who walks or jogs somewhere.
 
     content : a name in CONTENTS;  style : a name in STYLES or a Manner
@@ -75,7 +75,7 @@ def make_clip(content: str = "walk", style: str | Manner = "normal", person: Per
     speed : cm/s and turn : radians/s (positive: left), instead of the content's own
     pause : from when to when, in seconds, a walker stands still; slows down before, speeds up after
     gestures : 0 to 1, how much the arms do beside swinging, each for itself, and trunk and head
-    with them
+    with them;  heading : radians, which way it goes from where it faces, pi for backwards
     ->  Motion of round(60 seconds) frames
     Raises ValueError for a content, style, length, speed, turn or pause that cannot be.
 
@@ -101,7 +101,8 @@ def make_clip(content: str = "walk", style: str | Manner = "normal", person: Per
     if pause and not gait.stance > 0.5:
         raise ValueError(f"pause: found {pause} with {content}, needed a content in which both "
                          "feet stand at times")
-    path, pace, start = course.path_over_floor(rng, frames, gait, turn, cadence, pause)
+    path, pace, start = course.path_over_floor(rng, frames, gait, turn, cadence, pause,
+                                               heading)
     phase, position, yaw, pace = (curve[start:start + frames]
                                   for curve in (path.phase, path.position, path.yaw, pace))
     feet, centre = _feet(phase, path, gait, worn, pace)
@@ -226,6 +227,7 @@ def _trunk(rotations, yaw, gait, style, wave, bank, noise):
     side = style.tilt + bank + noise["tilt"] + style.limp * (4.0 + 8.0 * wave["side"])
     roll = 0.4 * gait.twist * wave["side"] - 5.0 * hurt
     twist, shoulders = -gait.twist * wave["step"], 0.9 * gait.twist * wave["step"]
+    shoulders = shoulders + noise.get("twist", 0.0)
     pitch = lean + 0.8 * style.slump                     # of the chest, in the world
     neck = 0.45 * pitch + 0.3 * style.slump + 0.6 * style.head
     rotations[:, SLOT["Hips"]] = _turned(np.degrees(yaw) + twist, 0.3 * lean, roll)
