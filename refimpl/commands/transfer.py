@@ -8,7 +8,8 @@ import numpy as np
 
 from ..fast import networks
 from ..holden2016 import bridge, own, search
-from ..styles.files import load_manifold, load_style
+from ..styles.box import STYLES_SAID, find_style
+from ..styles.files import load_manifold
 from ..holden2017.transfer import transfer
 from ..motion.body import carries_hips, guess_unit, read_take, standing_height
 from ..motion.bvh import write_bvh
@@ -36,8 +37,9 @@ _FORMS = ("own", "coded")
 def add_commands(commands: Any) -> None:
     """Add `transfer` to the subparsers of the program."""
     command = commands.add_parser("transfer", help="stylise a BVH clip", description=DESCRIPTION)
-    command.add_argument("style_file", metavar="STYLE.npz", nargs="?", type=InputPath,
-                         help="what `refimpl train-style` wrote")
+    command.add_argument("style_file", metavar="STYLE", nargs="?", type=InputPath,
+                         help=f"a style in the box ({', '.join(STYLES_SAID)}), or what `refimpl "
+                         "train-style` wrote")
     command.add_argument("clip", metavar="CLIP.bvh", nargs="?", type=InputPath, help="the content")
     command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputClip, required=True)
     add_reading(command)
@@ -109,7 +111,7 @@ def run(arguments: argparse.Namespace) -> None:
         exemplars = [_exemplar(path, overrides) for path in arguments.style]
         name = " ".join(arguments.style)
     else:
-        style = load_style(arguments.style_file)
+        style = find_style(arguments.style_file)
         name = repr(style.name)
     take = read_take(content, overrides, **how)
     frames = frames_of(take, arguments.begin, arguments.end)
@@ -182,7 +184,7 @@ def _check_method(arguments):
     ->  path of the content
     """
     of_network = {
-        "STYLE.npz": arguments.style_file, "CLIP.bvh": arguments.clip,
+        "STYLE": arguments.style_file, "CLIP.bvh": arguments.clip,
         "--no-projection": arguments.no_projection or None,
         "--own-pace": arguments.own_pace or None}
     of_optimise = {f"--{name}": getattr(arguments, name.replace("-", "_"))
@@ -191,10 +193,10 @@ def _check_method(arguments):
     optimised = arguments.method == "optimise"
     of_2016 = arguments.network or arguments.preprocess or arguments.form == "coded"
     model = ("--network", "--preprocess") if of_2016 else ("--manifold",)
-    needed = ("--content", "--style", *model) if optimised else ("STYLE.npz", "CLIP.bvh")
+    needed = ("--content", "--style", *model) if optimised else ("STYLE", "CLIP.bvh")
     for name, value in (of_network if optimised else of_optimise).items():
         if value is not None:
-            hint = {"STYLE.npz": "leave it out; the style is --style S.bvh",
+            hint = {"STYLE": "leave it out; the style is --style S.bvh",
                     "CLIP.bvh": "give the clip with --content"}.get(name, "leave it out")
             raise ValueError(f"transfer: found {name} with --method {arguments.method}, which has "
                              "no use for it; " + (hint if optimised else "try --method optimise"))

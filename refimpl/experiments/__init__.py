@@ -6,3 +6,7 @@
 - `speed`: how fast, compared with what.
   `peer_torch`: the same in PyTorch, imported by `bench` alone.
 """
+
+from ..lazy import opened
+
+__getattr__, __dir__ = opened(__name__)

@@ -1,9 +1,9 @@
 r"""Does a clip lie within what a style has learnt?
 
-Eleven numbers a frame tell how a body moves (`QUANTITIES`), each a mean over a quarter of a second,
-on the body that the networks know, in its legs. What a style knows is the range of each over the clips
-that it learnt on. Beyond it T answers with something that it has seen: a sitter stands up. So a
-style fades where it knows too little (`Known.trust`), and says where that is (`Known.outside`).
+Eleven numbers a frame tell how a body moves (`QUANTITIES`), each a mean over a quarter of a second
+on the body that the networks know, in its legs. What a style knows is the range of each over the
+clips that it learnt on. Beyond it T answers with something that it has seen: a sitter stands up. So
+a style fades where it knows too little (`Known.trust`), and says where that is (`Known.outside`).
 The error of P does not tell: P gives back much that T has never seen.
 """
 

@@ -74,7 +74,7 @@ def onto_skeleton(take: Take, content: Seen, features: np.ndarray, *, clean: boo
     how = rig(take.clip.joints, take.mapping)
     positions = applied(take.positions, found, how.carries)
     if clean:
-        planted = lock_feet(positions, take.contacts, take.toes)
+        planted = lock_feet(positions, take.contacts, take.rests[1::2], heels=take.rests[::2])
         firm = np.clip(share / WHOLLY, 0.0, 1.0)
         steps = change(positions, positions + firm * (planted - positions))
         found, positions = found.then(steps), applied(positions, steps, how.carries)

@@ -2,3 +2,7 @@
 
 - `plot`: strips of poses, root paths, curves.   `player`: an animation for a browser.
 """
+
+from ..lazy import opened
+
+__getattr__, __dir__ = opened(__name__)

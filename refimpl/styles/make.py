@@ -49,6 +49,15 @@ def labelled(takes: Sequence[Take], body: Physique, contents: Sequence[str],
             for n, (take, content) in enumerate(zip(takes, contents))]
 
 
+def reports(names: Sequence[str] = ()) -> int:
+    """How often `make_box` reports: once a scene that is played, once an epoch."""
+    styles = [name for name in names or STYLES_SAID if name != LOSS_NETWORK]
+    count = len(styles) * (2 * SCENES + EPOCHS)
+    if not names or LOSS_NETWORK in names:
+        count += SCENES + len(STYLES_SAID) * SCENES // (2 * len(STYLES_SAID)) + LOSS_EPOCHS
+    return count
+
+
 def made_manifold(*, scenes: int = SCENES, epochs: int = LOSS_EPOCHS, report: Report = _silent,
                   **how: Any) -> Manifold:
     """A loss network of all scenes played plainly and a part of them in each style.
