@@ -62,7 +62,7 @@ def onto_skeleton(take: Take, content: Seen, features: np.ndarray, *, clean: boo
     """What became of a take as networks see it, as a change of the take on its own skeleton.
 
     content : the take as it was given to them;  features : (T, 66) what they made of it
-    clean : lock the feet where the content's are planted (`motion.foot_ik`)
+    clean : lock the feet where the content's are planted (`motion.foot_ik`), if legs or hips move
     strength : how far every joint goes from where it was to where it is in the style: 0 nowhere, 1
     all the way, more beyond it; one number, or (T,) of them
     only : see `canonical.restricted`;  fps : frames a second, the clip's unless given
@@ -73,7 +73,7 @@ def onto_skeleton(take: Take, content: Seen, features: np.ndarray, *, clean: boo
     found = restricted(found, only) if only else found
     how = rig(take.clip.joints, take.mapping)
     positions = applied(take.positions, found, how.carries)
-    if clean:
+    if clean and (not only or {"hips", "legs"} & set(only)):
         planted = lock_feet(positions, take.contacts, take.rests[1::2], heels=take.rests[::2])
         firm = np.clip(share / WHOLLY, 0.0, 1.0)
         steps = change(positions, positions + firm * (planted - positions))

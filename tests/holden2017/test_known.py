@@ -13,6 +13,7 @@ from refimpl.holden2017.trained import Manifold, Style
 from refimpl.styles.files import load_style, save_style
 from refimpl.holden2017.transfer import transfer
 from refimpl.motion.features import SIDEWAYS, bone_lengths, path_error, path_length
+from refimpl.motion.joints import SLOT
 from refimpl.motion.windows import fit_normaliser
 from refimpl.embedded.walkers import make_clip, make_database
 from refimpl.motion.body import make_take, seen
@@ -48,7 +49,7 @@ def test_walks_are_known_and_what_nobody_did_is_told_by_name(learnt, walk):
         assert seen_before.trust(take.features, leg).mean() > 0.95
     heights = slice(1, 63, 3)
     for strange, name in (
-            (changed(walk, arm=([3 * 16 + 1], [90.0])), "hands above the hips"),
+            (changed(walk, arm=(3 * SLOT["LeftHand"] + 1, 90.0)), "hands above the hips"),
             (changed(walk, low=(heights, -60.0)), "height of the hips"),
             (changed(walk, scaled=(64, 6.0)), "speed forward"),
             (changed(walk, turn=(63, 0.2)), "turning")):
