@@ -72,7 +72,8 @@ def test_a_new_skeletons_word_is_one_entry(monkeypatch):
 
 def test_every_operation_has_its_specification_fault_test_and_line_in_the_map():
     texts = {path: path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py")}
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    pages = "".join(path.read_text(encoding="utf-8")
+                    for path in (ROOT / "README.md", *(ROOT / "docs").rglob("*.md")))
     faulty = {fault.function.removesuffix("_backward") for fault in FAULTS}
     public = {name.removesuffix("_backward") for name in dir(nn) if name.endswith("_backward")}
     lacking = [f"{name}: no specification"
@@ -83,8 +84,8 @@ def test_every_operation_has_its_specification_fault_test_and_line_in_the_map():
                 if not any(name in text for text in texts.values())]
     commands = next(action for action in parser()._actions if hasattr(action, "choices")
                     and isinstance(action.choices, dict)).choices
-    lacking += [f"refimpl {name}: no line in the README" for name in commands
-                if not re.search(rf"refimpl {name}\b", readme)]
+    lacking += [f"refimpl {name}: no line in the README or docs" for name in commands
+                if not re.search(rf"refimpl {name}\b", pages)]
     lacking += [f"refimpl {name}: no test" for name in commands
                 if not any(f'"{name}"' in text or f"{name} " in text for text in texts.values())]
     assert lacking == []

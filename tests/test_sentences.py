@@ -1,5 +1,5 @@
-"""Sentences that were measured to be false do not come back, in the README, the notebooks or the
-docstrings.
+"""Sentences that were measured to be false do not come back, in the README, the docs, the
+notebooks or the docstrings.
 """
 
 import json
@@ -53,6 +53,8 @@ def texts():
     """{where: text with its line breaks as spaces}"""
     found = {"README.md": (ROOT / "README.md").read_text(),
              "notebooks/README.md": (ROOT / "notebooks" / "README.md").read_text()}
+    for path in sorted((ROOT / "docs").rglob("*.md")):
+        found[str(path.relative_to(ROOT))] = path.read_text()
     for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
         cells = json.loads(path.read_text())["cells"]
         found[path.name] = " ".join("".join(cell["source"]) for cell in cells)

@@ -20,6 +20,7 @@ from ..motion.joints import SLOT, MappingError
 from ..motion.part import frames_of, part_of
 from .options import (InputPath, OutputClip, OutputPath, add_reading, number, parts, reading,
                       whole, write_report)
+from .progress import Progress
 
 DESCRIPTION = """A clip in another style, on its own skeleton, at its own rate: by a trained
 network (the system of 2017), or by an optimisation that needs no training for a new style (that of
@@ -65,7 +66,7 @@ def add_commands(commands: Any) -> None:
     command.add_argument("--plot", metavar="OUT.png", type=OutputPath,
                          help="draw content and result, a pose at a time, from the side")
     command.add_argument("--animate", metavar="OUT.html", type=OutputPath,
-                         help="an animation of content and result for a browser")
+                         help="a page with a player of content and result, for a browser")
     command.add_argument("--json", metavar="FILE", type=OutputPath,
                          help="write what was done as JSON")
     command.add_argument("--method", choices=("network", "optimise"), default="network",
@@ -113,7 +114,9 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         style = find_style(arguments.style_file)
         name = repr(style.name)
+    progress = Progress(3, "part")                               # which take about equally long
     take = read_take(content, overrides, **how)
+    progress.step("read")
     frames = frames_of(take, arguments.begin, arguments.end)
     if optimised:
         result = _optimise(arguments, take, exemplars, manifold, network)
@@ -121,6 +124,7 @@ def run(arguments: argparse.Namespace) -> None:
         result = transfer(take, style, projected=not arguments.no_projection,
                           clean=not arguments.raw, own_pace=arguments.own_pace,
                           networks=networks, **_back(arguments))
+    progress.step("stylised")
     result = part_of(take, result, arguments.begin, arguments.end)
     positions = take.positions[frames]
     write_bvh(arguments.output, plus_offsets(result.clip, -1.0) if arguments.positions == "add"
@@ -217,12 +221,13 @@ def _check_method(arguments):
 
 
 def _draw(content, result, picture, animation, unit):
-    """The picture and the animation of a transfer."""
-    from ..pictures import player as animate, plot
+    """The picture and the player of a transfer."""
     motions = {"content": content, "result": result.positions}
     if picture:
+        from ..pictures import plot
         plot.save(plot.strip(motions, unit=unit), picture)
         print(f"{picture}: content and result")
     if animation:
-        frames = animate.animation_html(motions, 60.0, animation)
-        print(f"{animation}: {frames} pictures")
+        from ..pictures.player import write_player
+        size = write_player(animation, motions, unit=unit)
+        print(f"{animation}: content and result in a player, {size / 1000:.0f} kB")
