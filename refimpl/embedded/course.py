@@ -13,7 +13,7 @@ RAMP = 1.3                       # seconds from walking to standing still, and b
 # Degrees: how far an arm is raised to the front and to the side, and its elbow bends, in gestures.
 RAISED = {"Arm": (10.0, 150.0), "Out": (-5.0, 100.0), "Elbow": (0.0, 110.0)}
 BUSY = {"lean": 9.0, "tilt": 6.0, "twist": 15.0, "look": 20.0, "nod": 8.0}   # trunk, head
-BOW = 70.0                                                       # and the trunk now and then
+_BOW = 70.0                                                      # and the trunk now and then
 
 
 def drift(rng: np.random.Generator, time: np.ndarray, low: float = 0.1,
@@ -78,7 +78,7 @@ def gesturing(rng: np.random.Generator, time: np.ndarray, size: float) -> dict:
     if not size:
         return {}
     found = {name: size * degrees * drift(rng, time) for name, degrees in BUSY.items()}
-    found["lean"] += size * BOW * (0.5 + 0.5 * np.tanh(3.0 * (drift(rng, time) - 1.3)))
+    found["lean"] += size * _BOW * (0.5 + 0.5 * np.tanh(3.0 * (drift(rng, time) - 1.3)))
     for side in ("Left", "Right"):
         raised = size * (0.5 + 0.5 * np.tanh(2.5 * drift(rng, time, 0.1, 0.4)))
         for part, (low, high) in RAISED.items():

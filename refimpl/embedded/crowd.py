@@ -13,7 +13,7 @@ import numpy as np
 from .manner import STYLES, Manner, Person, person
 from .walkers import Motion, make_clip
 
-SECONDS = 4.0
+_SECONDS = 4.0
 # What is done, in turn: the content of `walkers` that it is, cm/s from and to.
 ERRANDS = {"walk": ("walk", 35.0, 175.0), "run": ("jog", 140.0, 380.0),
            "halt": ("walk", 50.0, 140.0), "stand": ("stand", 0.0, 0.0),
@@ -21,11 +21,11 @@ ERRANDS = {"walk": ("walk", 35.0, 175.0), "run": ("jog", 140.0, 380.0),
 TURNS = ("walk", "run", "halt", "stand", "run", "turn", "walk", "stand", "back", "halt")
 KINDS = {"walk": ("walk", "halt", "turn", "back"), "run": ("run",), "stand": ("stand",)}
 # Between what a person's own manner lies.
-OWN = {"lean": (-4.0, 10.0), "slump": (-10.0, 14.0), "head": (-12.0, 14.0), "tilt": (-3.0, 3.0),
-       "arm_out": (-3.0, 22.0), "elbow": (-10.0, 40.0), "arm_forward": (-8.0, 14.0),
-       "arm_swing": (0.3, 1.8), "width": (0.7, 1.8), "toe_out": (-3.0, 18.0),
-       "clearance": (0.7, 1.5), "roll": (0.4, 1.15), "twist": (0.3, 2.5), "stride": (0.85, 1.15),
-       "sway": (0.6, 1.6), "bounce": (-0.3, 0.8), "crouch": (0.0, 5.0)}
+_OWN = {"lean": (-4.0, 10.0), "slump": (-10.0, 14.0), "head": (-12.0, 14.0), "tilt": (-3.0, 3.0),
+        "arm_out": (-3.0, 22.0), "elbow": (-10.0, 40.0), "arm_forward": (-8.0, 14.0),
+        "arm_swing": (0.3, 1.8), "width": (0.7, 1.8), "toe_out": (-3.0, 18.0),
+        "clearance": (0.7, 1.5), "roll": (0.4, 1.15), "twist": (0.3, 2.5), "stride": (0.85, 1.15),
+        "sway": (0.6, 1.6), "bounce": (-0.3, 0.8), "crouch": (0.0, 5.0)}
 # ... and where it is another in what is done.
 SPECIAL = {"run": {"clearance": (0.7, 3.3), "lean": (-8.0, 24.0), "twist": (0.3, 3.0)},
            "stand": {"width": (0.5, 3.0)}, "back": {"roll": (0.1, 0.4)}}
@@ -76,14 +76,14 @@ def _scene(rng, number):
     errand = TURNS[number % len(TURNS)]
     content, slowest, fastest = ERRANDS[errand]
     manner = Manner(**{name: rng.uniform(*SPECIAL.get(errand, {}).get(name, ends))
-                       for name, ends in OWN.items()})
+                       for name, ends in _OWN.items()})
     if rng.random() < 0.3:
         manner = replace(manner, crouch=rng.uniform(5.0, 14.0))
-    how: dict[str, Any] = {"seconds": SECONDS, "seed": int(rng.integers(10 ** 6)),
+    how: dict[str, Any] = {"seconds": _SECONDS, "seed": int(rng.integers(10 ** 6)),
                            "speed": rng.uniform(slowest, fastest) if fastest else None,
                            "turn": _turning(rng, errand), "gestures": _busy(rng, errand)}
     if errand == "halt":
-        begin, most = rng.uniform(0.0, SECONDS), rng.random()
+        begin, most = rng.uniform(0.0, _SECONDS), rng.random()
         end = np.inf if most > 0.7 else begin + rng.uniform(0.5, 2.5)
         how["pause"] = (-np.inf if most < 0.3 else begin, end)
     elif errand != "stand":

@@ -23,16 +23,16 @@ from .box import LOSS_NETWORK, STYLES_SAID, boxed_manifold
 from .files import load_manifold, save_manifold, save_style
 
 SCENES, LOSS_EPOCHS, EPOCHS = 240, 60, 50
-CHANNELS, WIDTH = 64, 15
+SMALL = {"channels": 64, "width": 15}    # of T
 SOURCE = "embedded walkers"
-Report = Callable[[str], Any]
+_Report = Callable[[str], Any]
 
 
 def _silent(text: str) -> None:
     pass
 
 
-def played(scenes: Iterable[Scene], style: str, report: Report = _silent) -> list[Take]:
+def played(scenes: Iterable[Scene], style: str, report: _Report = _silent) -> list[Take]:
     """These scenes in a style, made ready."""
     takes = []
     for scene in scenes:
@@ -58,7 +58,7 @@ def reports(names: Sequence[str] = ()) -> int:
     return count
 
 
-def made_manifold(*, scenes: int = SCENES, epochs: int = LOSS_EPOCHS, report: Report = _silent,
+def made_manifold(*, scenes: int = SCENES, epochs: int = LOSS_EPOCHS, report: _Report = _silent,
                   **how: Any) -> Manifold:
     """A loss network of all scenes played plainly and a part of them in each style.
 
@@ -79,7 +79,7 @@ def made_manifold(*, scenes: int = SCENES, epochs: int = LOSS_EPOCHS, report: Re
 
 
 def made_style(name: str, manifold: Manifold, *, scenes: int = SCENES, epochs: int = EPOCHS,
-               report: Report = _silent, **how: Any) -> Style:
+               report: _Report = _silent, **how: Any) -> Style:
     """A style of `embedded.manner.STYLES`: each scene learns from itself, played in that style.
 
     how : other settings of `train_style`
@@ -93,7 +93,7 @@ def made_style(name: str, manifold: Manifold, *, scenes: int = SCENES, epochs: i
 
 def fitted(shown: Sequence[Take] | Mapping[str, Sequence[Take]], name: str, *,
            manifold: Manifold | None = None, scenes: int = SCENES // 2, epochs: int = EPOCHS,
-           report: Report = _silent, **how: Any) -> Style:
+           report: _Report = _silent, **how: Any) -> Style:
     """A style of somebody's clips, learnt by the plain scenes.
 
     shown : clips in the style, or {kind: clips} with some of `KINDS`
@@ -120,13 +120,13 @@ def _learnt(clips, manifold, name, epochs, report, how):
     lesson = make_training_set(dataset, manifold, name, networks=networks)[0]
     weights = Weights().fitted(manifold.leg, len(manifold.params["b0"]))
     for record, state in train_style(lesson, manifold, weights=weights, epochs=epochs, **{
-            "channels": CHANNELS, "width": WIDTH, "gradients": style_gradients, **how}):
+            **SMALL, "gradients": style_gradients, **how}):
         report(f"{name} {record.epoch}")
     return replace(lesson.style(state.params, manifold, name, weights), learned=(), exemplars=(),
                    pairs={kind: kind for kind in KINDS})
 
 
-def make_box(folder: str | Path, names: Sequence[str] = (), report: Report = _silent,
+def make_box(folder: str | Path, names: Sequence[str] = (), report: _Report = _silent,
              **how: Any) -> list[Path]:
     """Make the loss network, or styles on the one in the box, again.
 
