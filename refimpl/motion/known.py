@@ -16,12 +16,14 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d, uniform_filter1d
 from .features import FLOOR, FORWARD, FPS, POSITIONS, SIDEWAYS, TURN
 from .joints import HEELS, JOINTS, SLOT
 
-# Name and unit of each; a speed in legs a second.
+# Name and unit of each; a speed in legs a second. And how wide a range is at least, so that a style
+# that learnt on little does not find everything strange.
 QUANTITIES = {"speed forward": "legs/s", "speed sideways": "legs/s", "turning": "degrees/s",
               "height of the hips": "legs", "lean of the trunk": "degrees",
               "height of a foot": "legs", "hands above the hips": "legs",
               "feet apart": "legs", "feet apart sideways": "legs", "speed of a hand": "legs/s",
               "twist of the shoulders": "degrees"}
+LEAST = np.array([0.3, 0.3, 20.0, 0.1, 8.0, 0.1, 0.2, 0.2, 0.15, 0.5, 10.0])
 MEAN = 15                        # frames of a mean
 STILL = 1e-4                     # legs: what moves less stands still like no body
 RARE = 0.002                     # share of the frames to either side that makes no range
@@ -45,7 +47,7 @@ class Known:
         """
         found = quantities(features, leg)
         over = np.maximum(np.maximum(self.low - found, found - self.high), 0.0)
-        return over / np.maximum(self.high - self.low, 1e-3)
+        return over / np.maximum(self.high - self.low, LEAST)
 
     def trust(self, features: np.ndarray, leg: float) -> np.ndarray:
         """How much of a style each frame takes: 1 where it is known, 0 where nothing is like it.
