@@ -232,6 +232,8 @@ def test_other_wrong_input(models, folder, tmp_path, capsys):
     (["check", "--golden", ""], "--golden: found '', needed a name"),
     (["export", ""], "DIR: found '', needed a name"),
     (["transfer", "old", "x", "-o", "out.fbx"], "found out.fbx, which does not end in .bvh"),
+    (["transfer", "old", "x", "-o", "o.bvh", "--plot", "a.docx"], "does not end in .png"),
+    (["transfer", "old", "x", "-o", "o.bvh", "--animate", "a.gif"], "not end in .html or .htm"),
     (["synthesise", "x", "-o", "out"], "found out, which does not end in .bvh"),
     (["demo", "--style", "vampire"], "invalid choice: 'vampire'")])
 def test_wrong_words_are_one_line(words, message, capsys):

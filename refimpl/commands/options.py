@@ -109,23 +109,40 @@ class InputFolder(InputPath):
 
 
 class OutputPath(_Path):
-    """A file that a command writes: no input and no other output may be it."""
-
-
-class OutputClip(OutputPath):
-    """A clip that a command writes, as BVH, as its name must say; a pipe or a device may have any.
+    """A file that a command writes: no input and no other output may be it. Its name ends as what
+    is written does (`endings`, anything unless given); a pipe or a device may have any name.
 
     >>> OutputClip("walk.bvh")
     'walk.bvh'
     """
 
+    endings: tuple[str, ...] = ("",)
+
     def __new__(cls, text: str) -> Any:
         """Refuse a name of another kind than what is written."""
-        if text and not text.lower().endswith(".bvh") and not is_special(text):
+        if text and not text.lower().endswith(cls.endings) and not is_special(text):
             raise argparse.ArgumentTypeError(
-                f"found {text}, which does not end in .bvh, needed a name that does, since that is "
-                f"what is written; try {text}.bvh")
+                f"found {text}, which does not end in {' or '.join(cls.endings)}, needed a name "
+                f"that does, since that is what is written; try {text}{cls.endings[0]}")
         return super().__new__(cls, text)
+
+
+class OutputClip(OutputPath):
+    """A clip that a command writes, as BVH."""
+
+    endings = (".bvh",)
+
+
+class OutputPicture(OutputPath):
+    """A picture that a command writes, as PNG."""
+
+    endings = (".png",)
+
+
+class OutputPage(OutputPath):
+    """A page that a command writes."""
+
+    endings = (".html", ".htm")
 
 
 class OutputFolder(OutputPath):

@@ -18,8 +18,8 @@ from ..motion.canonical import PARTS
 from ..motion.clip import plus_offsets
 from ..motion.joints import SLOT, MappingError
 from ..motion.part import frames_of, part_of
-from .options import (InputPath, OutputClip, OutputPath, add_reading, number, parts, reading,
-                      whole, write_report)
+from .options import (InputPath, OutputClip, OutputPage, OutputPath, OutputPicture, add_reading,
+                      number, parts, reading, whole, write_report)
 from .progress import Progress
 
 DESCRIPTION = """A clip in another style, on its own skeleton, at its own rate: by a trained
@@ -63,9 +63,9 @@ def add_commands(commands: Any) -> None:
                          help=f"change these parts alone, of {', '.join(PARTS)}")
     command.add_argument("--fps", type=number(above=0), metavar="FPS",
                          help="frames a second of the result (default: the clip's own)")
-    command.add_argument("--plot", metavar="OUT.png", type=OutputPath,
+    command.add_argument("--plot", metavar="OUT.png", type=OutputPicture,
                          help="draw content and result, a pose at a time, from the side")
-    command.add_argument("--animate", metavar="OUT.html", type=OutputPath,
+    command.add_argument("--animate", metavar="OUT.html", type=OutputPage,
                          help="a page with a player of content and result, for a browser")
     command.add_argument("--json", metavar="FILE", type=OutputPath,
                          help="write what was done as JSON")
