@@ -120,15 +120,17 @@ async function start(host, markup, data) {
   function body(pen, view, figure, t, ghost) {
     const at = pose(figure, t);
     const seen = figure.parents.map((_, j) => project(view, at[3 * j], at[3 * j + 1], at[3 * j + 2]));
-    const thick = Math.max(1.5, 0.05 * reach * view.scale * Math.min(1, Math.sqrt(30 / figure.joints)));
+    const thick = Math.max(1.5, 0.05 * figure.reach * view.scale * Math.min(1, Math.sqrt(30 / figure.joints)));
     const depth = project(view, ...at.slice(-3))[2];
     const tone = near => mixed(figure.shade, colours.paper, ghost || clamp(0.2 - 0.35 * (near - depth) / figure.reach, 0, 0.5));
-    const strokes = figure.bones.map(([a, b]) => ({a: seen[a], b: seen[b], near: (seen[a][2] + seen[b][2]) / 2}));
+    const long = ([a, b]) => Math.hypot(...[0, 1, 2].map(axis => at[3 * a + axis] - at[3 * b + axis]));
+    const strokes = figure.bones.filter(bone => long(bone) < 2.5 * figure.reach)     // others lead to a root left behind
+      .map(([a, b]) => ({a: seen[a], b: seen[b], near: (seen[a][2] + seen[b][2]) / 2}));
     if (!figure.bones.length) seen.forEach(p => strokes.push({a: p, b: p, near: p[2]}));
     if (figure.head !== null) {
       const [a, b] = [figure.parents[figure.head], figure.head].map(j => seen[Math.max(j, 0)]), r = 0.1 * figure.reach * view.scale;
-      const long = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1;
-      strokes.push({ball: r, a: [b[0] + 0.7 * r * (b[0] - a[0]) / long, b[1] + 0.7 * r * (b[1] - a[1]) / long], near: b[2]});
+      const up = 0.7 * r / (Math.hypot(b[0] - a[0], b[1] - a[1]) || 1);
+      strokes.push({ball: r, a: [b[0] + up * (b[0] - a[0]), b[1] + up * (b[1] - a[1])], near: b[2]});
     }
     pen.lineCap = "round";
     for (const {a, b, ball, near} of strokes.filter(s => s.near === s.near).sort((p, q) => p.near - q.near))
@@ -166,11 +168,11 @@ async function start(host, markup, data) {
     });
   }
   function sized(canvas, height) {               // a pen for a canvas in the page's pixels, wiped
-    const ratio = devicePixelRatio || 1, wide = canvas.clientWidth;
-    canvas.width = Math.round(wide * ratio);
-    canvas.height = Math.round(height * ratio);
-    const pen = canvas.getContext("2d");
-    pen.scale(ratio, ratio);
+    const ratio = devicePixelRatio || 1, pen = canvas.getContext("2d");
+    const [wide, high] = [canvas.clientWidth, height].map(length => Math.round(length * ratio));
+    if (canvas.width !== wide || canvas.height !== high) Object.assign(canvas, {width: wide, height: high});
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, wide, high);
     return pen;
   }
   function draw() {
@@ -255,7 +257,7 @@ async function start(host, markup, data) {
     const now = Math.round(time * finest), second = Math.round(finest), turn = 0.1, on = event.target.localName;
     const keys = event.shiftKey
       ? {ArrowLeft: () => look(-turn, 0, 1), ArrowRight: () => look(turn, 0, 1), ArrowUp: () => look(0, turn, 1), ArrowDown: () => look(0, -turn, 1)}
-      : {ArrowLeft: () => go(now - 1), ArrowRight: () => go(now + 1), PageUp: () => go(now - second), PageDown: () => go(now + second),
+      : {ArrowLeft: () => go(now - 1), ArrowRight: () => go(now + 1), PageUp: () => go(now + second), PageDown: () => go(now - second),
         Home: () => go(0), End: () => go(last), 0: reset, "-": () => look(0, 0, 0.8), "=": () => look(0, 0, 1.25)};
     Object.assign(keys, {"+": () => look(0, 0, 1.25), " ": on !== "button" && on !== "summary" && (() => play(!playing))});
     if (!keys[event.key] || on === "select" || event.ctrlKey || event.altKey || event.metaKey) return;

@@ -38,7 +38,8 @@ _FRAGMENT = """<div class="refimpl-player" data-player="{name}"{alone}>
 <script>(() => {{ "use strict";
 {code}
 for (const host of document.querySelectorAll('[data-player="{name}"]:not([data-ready])'))
-  start(host, {markup}, {data});
+  start(host, {markup}, {data}).catch(error => {{
+    host.shadowRoot.textContent = "The player could not start: " + error.message; }});
 }})();</script>"""
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
@@ -148,17 +149,22 @@ def _data(figures, *, fps=60.0, title="", caption="", unit="cm", align=False):
         figures = [_standing(name, positions, fps) for name, positions in figures.items()]
     if not figures:
         raise ValueError("figures: found none, needed at least one")
-    placed, stage = [], None
+    placed: list[tuple[Figure, np.ndarray, float]] = []
+    turn, origin = np.eye(3), [0.0, 0.0, 0.0]
     for figure in map(_checked, figures):
-        seen = np.isfinite(figure.positions[..., 0])             # (T, J)
-        middle = _middle(figure, seen)
-        reach = _reach(figure.positions - middle, seen)
-        if stage is None or align:                               # who comes first sets the stage
-            lows = np.where(seen, figure.positions[..., 1], np.inf).min(axis=1)[seen.any(axis=1)]
+        first = align or not placed                              # who comes first sets the stage
+        if first:
+            turn = _turn(figure.positions[0])
+        positions = figure.positions @ turn
+        seen = np.isfinite(positions[..., 0])                    # (T, J)
+        centre = _centre(positions, seen)
+        reach = _reach(positions - centre, seen)
+        centre = gaussian_filter1d(centre, 0.3 * figure.fps, axis=0, mode="nearest")
+        if first:
+            lows = np.where(seen, positions[..., 1], np.inf).min(axis=1)[seen.any(axis=1)]
             floor = np.percentile(lows, 2) - 0.03 * reach        # a sole is below its joints
-            stage = [middle[0, 0, 0], floor, middle[0, 0, 2]], _turn(figure.positions[0])
-        points = (np.concatenate([figure.positions, middle], axis=1) - stage[0]) @ stage[1]
-        placed.append((figure, points, reach))
+            origin = [centre[0, 0, 0], floor, centre[0, 0, 2]]
+        placed.append((figure, np.concatenate([positions, centre], axis=1) - origin, reach))
     names = [figure.name + " " * n * (figure.name in [f.name for f, _, _ in placed[:n]])
              for n, (figure, _, _) in enumerate(placed)]         # one colour each, twins too
     return {"title": title, "caption": caption, "unit": unit,
@@ -210,21 +216,21 @@ def _checked(figure):
                    planted=planted, feet=feet, head=head, up="y")
 
 
-def _middle(figure, seen):
-    """Where a camera looks that follows a figure: the mean of its joints, smoothed over time.
-    ->  (T, 1, 3)
+def _centre(positions, seen):
+    """The median of the joints that are seen, which a stray one does not move, between its
+    neighbours where none is.   ->  (T, 1, 3)
     """
-    sums = np.where(seen[..., None], figure.positions, 0.0).sum(axis=1)
     known = np.flatnonzero(seen.any(axis=1))
-    means = sums[known] / seen.sum(axis=1)[known, None]
-    every = np.stack([np.interp(np.arange(len(seen)), known, one) for one in means.T], axis=-1)
-    return gaussian_filter1d(every, 0.3 * figure.fps, axis=0, mode="nearest")[:, None]
+    medians = (np.median if seen.all() else np.nanmedian)(positions[known], axis=1)
+    return np.stack([np.interp(np.arange(len(seen)), known, one) for one in medians.T],
+                    axis=-1)[:, None]
 
 
-def _reach(from_middle, seen):
-    """How far a figure's joints are from its middle, in nearly all of its frames."""
-    far = np.where(seen, np.linalg.norm(from_middle, axis=-1), 0.0).max(axis=1)
-    return float(np.percentile(far[seen.any(axis=1)], 99)) or 1.0
+def _reach(from_centre, seen):
+    """How far from the centre all but a tenth of the joints are, in nearly all frames."""
+    far = np.linalg.norm(from_centre, axis=-1)[seen.any(axis=1)]
+    return float(np.percentile((np.percentile if seen.all() else np.nanpercentile)(
+        far, 90, axis=1), 99)) or 1.0
 
 
 def _turn(pose):

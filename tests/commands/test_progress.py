@@ -82,9 +82,7 @@ def test_a_line_never_wraps_and_never_breaks():
         sys.stderr.show("x\ny\x1b[2J " + "歩" * 60)                   # two columns each
         line = screen.getvalue()
         assert "\n" not in line and "\x1b" not in line
-        wide = OnTerminal.__new__(OnTerminal)
-        wide._sent = line.encode()
-        assert len(wide.seen()) == 1
+        assert 77 <= len(line.strip("\r")) + line.count("歩") <= 79
 
 
 def test_nothing_where_nobody_looks():
