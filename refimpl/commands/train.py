@@ -30,7 +30,7 @@ from ..holden2017.train import (AUTOENCODER_RATE, BATCH, RATE, Record, State, tr
 from ..motion.dataset import load_dataset
 from ..motion.windows import FORMS
 from ..storage import set_aside
-from .options import InputPath, OutputPath, number, whole, write_json
+from .options import InputPath, OutputPath, OutputPicture, number, whole, write_json
 from .progress import Progress, epoch_line, table
 
 
@@ -128,7 +128,7 @@ def training_options(command: argparse.ArgumentParser, epochs: int, rate: float,
     command.add_argument("--resume", action="store_true",
                          help="go on from OUTPUT.checkpoint, which every epoch leaves, if it is "
                          "there; without it such a file is kept under another name")
-    command.add_argument("--curves", metavar="FILE.png", type=OutputPath,
+    command.add_argument("--curves", metavar="FILE.png", type=OutputPicture,
                          help="draw the losses by epoch")
 
 

@@ -52,9 +52,9 @@ class Take:
     strays: Strays = field(repr=False)
 
     @property
-    def toes(self) -> np.ndarray:
-        """At which height the left and the right toe joint rest.   ->  (2,)"""
-        return resting_heights(self.positions)[1::2]
+    def rests(self) -> np.ndarray:
+        """At which height each of `joints.FEET` rests.   ->  (4,)"""
+        return resting_heights(self.positions)
 
     @property
     def leg(self) -> float:
