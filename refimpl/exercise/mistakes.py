@@ -35,21 +35,81 @@ class Failure:
     expected: list
 
 
-def explain(mine: Callable[..., Any], right: Callable[..., list],
-            failures: Sequence[Failure]) -> str:
-    """What the mistake looks like, in a sentence, or "".
+def explain(mine: Callable[..., Any], right: Callable[..., list], failures: Sequence[Failure],
+            passed: Sequence[tuple] = ()) -> str:
+    """What the mistake looks like, in a sentence or two, or "".
 
-    mine, right : functions of a case's arguments to a list of arrays
+    mine, right : functions of a case's arguments to a list of arrays;
+    passed : the arguments of the cases that did not fail
 
     >>> dy, x = np.array([1.0, 2.0]), np.array([3.0, 5.0])
     >>> case = Failure(("dy", "x"), (dy, x), [x * dy], [2 * x * dy])
     >>> explain(lambda dy, x: [x * dy], lambda dy, x: [2 * x * dy], [case])
     'Everything is half of what is needed.'
     """
-    failures = sorted(failures, key=lambda case: sum(np.size(y) for y in case.expected))[:4]
+    count = len(failures[0].expected)
+    wrong = [i for i in range(count) if any(not _same(case.found[i:i + 1], case.expected[i:i + 1])
+                                            for case in failures)]
+    kept = [Failure(case.names, case.arguments, [case.found[i] for i in wrong],
+                    [case.expected[i] for i in wrong]) for case in failures]
+
+    def _chosen(function):
+        def _some(*arguments):
+            made = function(*arguments)
+            return [made[i] for i in wrong]
+        return _some
+    mine, right = _chosen(mine), _chosen(right)
+    kept = sorted(kept, key=lambda case: sum(np.size(y) for y in case.expected))
+    few = [case for case in kept if any(np.any(y) for y in case.expected)][:4] or kept[:4]
     with np.errstate(all="ignore"):
-        return (_form(failures) or _rival(right, failures) or _difference(failures)
-                or " ".join([*_questions(mine, right, failures), *_place(failures)][:2]))
+        where = split(failures[0].names, [case.arguments for case in failures], passed)
+        return (_form(few) or " ".join(filter(None, [_rival(right, few) or _difference(few) or " ".join(
+            [*_place(few), *_questions(mine, right, few)][:2]), where])))
+
+
+def split(names: Sequence[str], failed: Sequence[tuple], passed: Sequence[tuple]) -> str:
+    """What all cases that failed have in common and none that passed, or "".
+
+    >>> split(["x"], [(np.zeros(3),), (np.zeros(5),)], [(np.zeros(2),), (np.zeros(4),)])
+    'Wrong where the first axis of x has an odd length.'
+    """
+    if len(passed) < 2:
+        return ""
+    common = set.intersection(*(set(_traits(names, case)) for case in failed))
+    told = [trait for trait in _traits(names, failed[0]) if trait in common and not any(
+        trait in _traits(names, case) for case in passed)]
+    return f"Wrong where {told[0]}." if told else ""
+
+
+def _traits(names, arguments):
+    """What can be said of the arguments of a case."""
+    lengths = {}
+    for name, x in zip(names, arguments):
+        if isinstance(x, np.ndarray):
+            lengths |= {(f"{_axis(k, 9)} of {name}"): n for k, n in enumerate(x.shape)}
+            if x.dtype.kind == "f" and x.size:
+                yield from (text for holds, text in (
+                    (not x.all(), f"{name} has zeros"), (x.min() < 0, f"{name} has numbers below 0"),
+                    (np.isnan(x).any(), f"{name} has NaN"),
+                    (np.abs(x).max() < 1e-3, f"{name} is small"), (x.any(), f"{name} is not all 0"))
+                    if holds)
+            yield f"{name} has {x.ndim} axes"
+            yield f"{name} has not {5 - x.ndim} axes" if x.ndim in (2, 3) else ""
+    numbers = {name: x for name, x in zip(names, arguments) if isinstance(x, (int, float))}
+    for what, n in lengths.items():
+        yield f"{what} has an {'odd' if n % 2 else 'even'} length"
+        yield f"{what} has {'the length ' + str(n) if n < 2 else 'a length above 1'}"
+    for group, verb in ((lengths, "is as long as"), (numbers, "is")):
+        for i, (one, n) in enumerate(group.items()):
+            for other, m in list(group.items())[:i]:
+                yield f"{one} {verb} {other}" if n == m else f"{one} differs from {other}"
+                yield f"{one} is above {other}" if n > m else f"{one} is not above {other}"
+                yield f"{other} is above {one}" if m > n else f"{other} is not above {one}"
+                yield (f"{other} is above half of {one}" if 2 * m > n + 1
+                       else f"{other} is not above half of {one}")
+    for name, x in numbers.items():
+        yield f"{name} is {x:g}"
+        yield from (f"{name} is not {number}" for number in (0, 1) if x != number)
 
 
 def _same(found, expected):
@@ -58,8 +118,9 @@ def _same(found, expected):
         <= CLOSE * max(largest(b), TINY) for a, b in zip(found, expected))
 
 
-def _axis(k, name="it"):
-    return f"the {AXES[k]} axis" if k < len(AXES) else f"axis {k}"
+def _axis(k, ndim):
+    return ("the first axis" if k == 0 else "the last axis" if k == ndim - 1 else
+            f"the {AXES[k]} axis" if k < len(AXES) else f"axis {k}")
 
 
 def _common(failures, candidates: Callable[..., Iterator[tuple[str, list]]]):
@@ -84,18 +145,19 @@ def _form(failures):
         return "The results are the right ones, in another order."
 
     def _shapes(case, _):
-        for k in range(max(np.ndim(y) for y in case.found + case.expected)):
-            for text, change in ((f"{_axis(k)} was kept, with length 1",
+        ndim = max(np.ndim(y) for y in case.found + case.expected)
+        for k in range(ndim):
+            for text, change in ((f"{_axis(k, ndim)} was kept, with length 1",
                                   lambda y: np.expand_dims(y, k)),
-                                 (f"{_axis(k)} was summed away", lambda y: np.sum(y, axis=k)),
-                                 (f"{_axis(k)} was averaged away", lambda y: np.mean(y, axis=k)),
-                                 (f"the first position of {_axis(k)} is missing",
+                                 (f"{_axis(k, ndim)} was summed away", lambda y: np.sum(y, axis=k)),
+                                 (f"{_axis(k, ndim)} was averaged away", lambda y: np.mean(y, axis=k)),
+                                 (f"the first position of {_axis(k, ndim)} is missing",
                                   lambda y: np.delete(y, 0, axis=k)),
-                                 (f"the last position of {_axis(k)} is missing",
+                                 (f"the last position of {_axis(k, ndim)} is missing",
                                   lambda y: np.delete(y, -1, axis=k))):
                 yield text, _each(change, case.expected)
             for m in range(k):
-                yield (f"{_axis(m)} and {_axis(k)} are exchanged",
+                yield (f"{_axis(m, ndim)} and {_axis(k, ndim)} are exchanged",
                        _each(lambda y: np.swapaxes(y, m, k), case.expected))
         yield "it was flattened", _each(np.ravel, case.expected)
     text = _common(failures, _shapes)
@@ -123,7 +185,7 @@ def _wrong_shape(found, failures):
     wrong = [k for k, (n, m) in enumerate(zip(np.shape(a), np.shape(b))) if n != m]
     if sorted(np.shape(a)) == sorted(np.shape(b)):
         return "The lengths are those needed, on other axes: it is transposed."
-    return "The length is wrong along " + " and ".join(_axis(k) for k in wrong) + "."
+    return "The length is wrong along " + " and ".join(_axis(k, np.ndim(a)) for k in wrong) + "."
 
 
 def _each(change, arrays):
@@ -143,8 +205,8 @@ def _factors(case):
     for name, x in zip([*case.names, *["the result"] * len(case.expected)],
                        [*case.arguments, *case.expected]):
         if isinstance(x, np.ndarray) and x.ndim:
-            sizes |= {f"the length of {_axis(k)} of {name}": n for k, n in enumerate(x.shape)}
-            sizes |= {f"the lengths of {_axis(m)} and {_axis(k)} of {name}, multiplied":
+            sizes |= {f"the length of {_axis(k, x.ndim)} of {name}": n for k, n in enumerate(x.shape)}
+            sizes |= {f"the lengths of {_axis(m, x.ndim)} and {_axis(k, x.ndim)} of {name}, multiplied":
                       n * x.shape[m]
                       for k, n in enumerate(x.shape) for m in range(k)}
             sizes[f"the number of elements of {name}"] = x.size
@@ -185,21 +247,23 @@ def _of_answers(y):
     """(text, array) of what is made of an answer too much or too little."""
     y = np.asarray(y)
     for k in range(y.ndim):
-        yield f"reversed along {_axis(k)}", np.flip(y, k)
+        yield f"reversed along {_axis(k, y.ndim)}", np.flip(y, k)
         for step, way in ((1, "later"), (-1, "earlier")):
-            yield f"one position {way} along {_axis(k)}, and wrapped round", np.roll(y, step, k)
+            yield f"one position {way} along {_axis(k, y.ndim)}, and wrapped round", np.roll(y, step, k)
             for edge, mode in (("zeros", "constant"), ("the edge repeated", "edge")):
                 wide = np.pad(y, [(1, 1) if a == k else (0, 0) for a in range(y.ndim)], mode)
                 part = slice(0, y.shape[k]) if step == 1 else slice(2, None)
-                yield (f"one position {way} along {_axis(k)}, with {edge}",
+                yield (f"one position {way} along {_axis(k, y.ndim)}, with {edge}",
                        wide[(slice(None),) * k + (part,)])
-        yield f"summed up along {_axis(k)}", np.cumsum(y, k)
-        yield f"summed over {_axis(k)}", np.sum(y, k, keepdims=True) + 0 * y
-        yield f"averaged over {_axis(k)}", np.mean(y, k, keepdims=True) + 0 * y
-        yield f"without its mean along {_axis(k)}", y - np.mean(y, k, keepdims=True)
+        yield f"summed up along {_axis(k, y.ndim)}", np.cumsum(y, k)
+        yield f"summed over {_axis(k, y.ndim)}", np.sum(y, k, keepdims=True) + 0 * y
+        yield f"averaged over {_axis(k, y.ndim)}", np.mean(y, k, keepdims=True) + 0 * y
+        yield f"without its mean along {_axis(k, y.ndim)}", y - np.mean(y, k, keepdims=True)
         for m in range(k):
             if y.shape[m] == y.shape[k]:
-                yield f"transposed ({_axis(m)} and {_axis(k)} exchanged)", y.swapaxes(m, k)
+                last = (m, k) == (y.ndim - 2, y.ndim - 1)
+                yield (f"transposed: {'the last two' if last else 'two'} axes are exchanged",
+                       y.swapaxes(m, k))
     yield "squared", y * y
     yield "the root of what is needed", np.sqrt(y)
     yield "the right one without its sign", np.abs(y)
@@ -233,6 +297,13 @@ def _of_argument(name, x):
         if x.dtype != bool:
             yield f"{name} were negated", -x
             yield f"{name} were squared", x * x
+            yield f"{name} were halved", x / 2
+            yield f"{name} were doubled", 2 * x
+            yield f"{name} were in degrees", x * (180 / np.pi)
+            yield f"{name} were turned to radians twice", x * (np.pi / 180)
+            yield f"{name} were turned round, 0 for 1 and 1 for 0", 1 - x
+            if x.ndim > 1 and x.shape[-1] == x.shape[-2]:
+                yield f"{name} were the identity or left out", np.eye(x.shape[-1]) + 0 * x
             yield f"{name} had lost its sign", np.abs(x)
             yield f"{name} were cut off below 0", np.maximum(x, 0)
         if x.ndim:
@@ -240,31 +311,32 @@ def _of_argument(name, x):
             yield f"{name} were its mean everywhere", np.full_like(x, mean)
             yield f"{name} were its sum everywhere", np.full_like(x, x.sum())
         for k in range(x.ndim):
-            yield f"{name} were reversed along {_axis(k)}", np.flip(x, k).copy()
+            yield f"{name} were reversed along {_axis(k, x.ndim)}", np.flip(x, k).copy()
             for step, way in ((1, "later"), (-1, "earlier")):
                 moved = np.roll(x, step, k)
-                yield f"{name} were one position {way} along {_axis(k)}, wrapped round", moved
+                yield f"{name} were one position {way} along {_axis(k, x.ndim)}, wrapped round", moved
                 edge = moved.copy()
                 at = (slice(None),) * k + (0 if step == 1 else -1,)
                 edge[at] = 0
-                yield f"{name} were one position {way} along {_axis(k)}", edge
+                yield f"{name} were one position {way} along {_axis(k, x.ndim)}", edge
                 edge = moved.copy()
                 edge[at] = x[at]
-                yield f"{name} were one position {way} along {_axis(k)}, its edge twice", edge
+                yield f"{name} were one position {way} along {_axis(k, x.ndim)}, its edge twice", edge
             if x.dtype.kind == "f":
-                yield (f"{name} were summed over {_axis(k)}",
+                yield (f"{name} were summed over {_axis(k, x.ndim)}",
                        np.sum(x, k, keepdims=True) + np.zeros_like(x))
-                yield (f"{name} were averaged over {_axis(k)}",
+                yield (f"{name} were averaged over {_axis(k, x.ndim)}",
                        np.mean(x, k, keepdims=True) + np.zeros_like(x))
-                yield f"{name} were without its mean along {_axis(k)}", x - x.mean(k, keepdims=True)
+                yield f"{name} were without its mean along {_axis(k, x.ndim)}", x - x.mean(k, keepdims=True)
             first = x[(slice(None),) * k + (slice(0, 1),)]
-            yield f"{name} were everywhere what it is at the start of {_axis(k)}", (
+            yield f"{name} were everywhere what it is at the start of {_axis(k, x.ndim)}", (
                 np.repeat(first, x.shape[k], k))
-            yield f"{name} were everywhere what it is at the end of {_axis(k)}", (
+            yield f"{name} were everywhere what it is at the end of {_axis(k, x.ndim)}", (
                 np.repeat(np.flip(x, k)[(slice(None),) * k + (slice(0, 1),)], x.shape[k], k))
             for m in range(k):
                 if x.shape[m] == x.shape[k]:
-                    yield f"{name} were transposed", x.swapaxes(m, k).copy()
+                    yield (f"{name} were transposed{' in its first axes' * (k < x.ndim - 1)}",
+                           x.swapaxes(m, k).copy())
 
 
 def _rival(right, failures):
@@ -278,16 +350,6 @@ def _rival(right, failures):
                 yield f"It is {made[0][0]}.", arrays
                 for text, scaled in _scaled(case, arrays):
                     yield f"It is {made[0][0]}, and {text}.", scaled
-        for i, y in enumerate(case.expected):                    # one of several results
-            if len(case.expected) > 1 and np.shape(y) == np.shape(case.found[i]):
-                others = [*case.found[:i], y, *case.found[i + 1:]]
-                if _same(others, case.expected):
-                    one = Failure(case.names, case.arguments, [case.found[i]], [y])
-                    for text, _ in _scaled(one, [y]):
-                        yield f"Result {i} is {text}.", case.found
-                    for text, array in _of_answers(y):
-                        yield f"Result {i} is {text}.", [
-                            *case.found[:i], array, *case.found[i + 1:]]
 
     def _inputs(case, kept):
         for i, (name, x) in enumerate(zip(case.names, case.arguments)):
@@ -295,6 +357,9 @@ def _rival(right, failures):
                 if kept is None or any(f" if {text}" in other for other in kept):
                     yield from _asked(case, {i: value}, text)
             for j, y in enumerate(case.arguments[:i]):
+                if isinstance(x, str) and isinstance(y, np.ndarray) and y.ndim:
+                    yield from _asked(case, {i: x[::-1], j: np.flip(y, -1)},
+                                      f"{case.names[j]} and {name} were both read backwards")
                 if type(x) is type(y) and np.shape(x) == np.shape(y):
                     yield from _asked(case, {i: y, j: x},
                                       f"{case.names[j]} and {name} were exchanged")
@@ -307,31 +372,61 @@ def _rival(right, failures):
         yield f"It is what would be right if {text}.", arrays
         for more, scaled in _scaled(case, arrays):
             yield f"It is what would be right if {text}, and {more}.", scaled
+        if all(y.ndim > 1 and y.shape[-1] == y.shape[-2] for y in arrays):
+            yield (f"It is what would be right if {text}, and the result transposed.",
+                   [y.swapaxes(-1, -2) for y in arrays])
     return _common(failures, _outputs) or _common(failures, _inputs) or _common(
         failures, lambda case, _: ((f"Everything is {text}.", arrays) for text, arrays in
                                 _scaled(case, case.expected, any_factor=True)))
 
 
 def _difference(failures):
-    """What was added that should not be, or is missing."""
+    """What was added that should not be, what is missing, and numbers in other places."""
     def _terms(case, _):
         for name, x in zip(case.names, case.arguments):
-            if isinstance(x, (np.ndarray, float)) and np.asarray(x).dtype.kind == "f":
-                for factor, text in ((1, "once too often"), (-1, "once too rarely"),
-                                     (-2, "with the wrong sign"), (-.5, "by half too rarely")):
-                    for axes in ("", "[:, None]", "[:, None, None]"):
-                        shaped = np.reshape(x, np.shape(x) + (1,) * axes.count("None"))
-                        try:
-                            yield f"{name} is added {text}.", [
-                                y + factor * shaped + 0 * y for y in case.expected]
-                        except ValueError:       # does not broadcast
-                            pass
-    return _common(failures, _terms)
+            if not isinstance(x, (np.ndarray, float)) or np.asarray(x).dtype.kind != "f":
+                continue
+            if all(np.shape(x) == np.shape(y) for y in case.expected):
+                moved = Failure(case.names, case.arguments, [y - x for y in case.found], [])
+                for text, _ in _scaled(moved, [y - x for y in case.expected], any_factor=True):
+                    yield f"The step away from {name} is {text}.", case.found
+            for factor, text in ((1, "once too often"), (-1, "once too rarely"),
+                                 (-2, "with the wrong sign"), (-.5, "by half too rarely")):
+                for axes in (0, 1, 2):
+                    shaped = np.reshape(x, np.shape(x) + (1,) * axes)
+                    try:
+                        yield f"{name} is added {text}.", [
+                            y + factor * shaped + 0 * y for y in case.expected]
+                    except ValueError:           # does not broadcast
+                        pass
+
+    def _places(case, _):
+        pairs = list(zip(map(np.asarray, case.found), map(np.asarray, case.expected)))
+        if all(y.size > 1 for _, y in pairs):
+            for k in range(min(y.ndim for _, y in pairs)):
+                name, rest = _axis(k, pairs[0][1].ndim), [
+                    tuple(m for m in range(y.ndim) if m != k) for _, y in pairs]
+                if all(_same([np.sort(x, k)], [np.sort(y, k)]) for x, y in pairs):
+                    yield f"The numbers are right, in other places along {name}.", case.found
+                if all(y.ndim > 1 and y.all() and np.all(x != 0) and np.isfinite(x).all() and _same(
+                        [np.mean(x / y, axes, keepdims=True) + 0 * y], [x / y])
+                       for (x, y), axes in zip(pairs, rest)):
+                    yield (f"Each position of {name} is wrong by a factor of its own, the same "
+                           "within it."), case.found
+                offs = [x - y for x, y in pairs]
+                if all(y.ndim > 1 and np.isfinite(d).all() and _same([np.mean(d, k, keepdims=True) + 0 * y], [d])
+                       for d, (_, y) in zip(offs, pairs)):
+                    yield f"It is off by something that is the same all along {name}.", case.found
+            if all(_same([np.sort(x.ravel())], [np.sort(y.ravel())]) for x, y in pairs):
+                yield "The numbers are the right ones, in other places.", case.found
+            if all(_same([np.abs(x)], [np.abs(y)]) for x, y in pairs):
+                yield "The signs of some elements are wrong, and nothing else.", case.found
+    return _common(failures, _terms) or _common(failures, _places)
 
 
 def _questions(mine, right, failures):
     """Sentences on how the student's function behaves where the right one behaves otherwise."""
-    case = failures[0]
+    case = failures[-1]
     asked = [_answer(function, case.arguments) for function in (mine, right)]
     again = _answer(mine, case.arguments)
     if None in asked or again is None:
@@ -341,7 +436,7 @@ def _questions(mine, right, failures):
         return
     for i, (name, x) in enumerate(zip(case.names, case.arguments)):
         number = isinstance(x, float) or (isinstance(x, np.ndarray) and x.dtype.kind == "f")
-        if not number or not np.size(x) or not np.any(x):
+        if not number or not np.size(x) or not np.any(x) or set(np.unique(x)) <= {0.0, 1.0}:
             continue
 
         def _with(value):
@@ -405,6 +500,9 @@ def _place(failures):
             if not off.any() or not off.ndim:
                 continue
             here |= _what(a, b, off, case)
+            part = Failure(case.names, case.arguments, [a[off]], [])
+            here |= {f"Where it is wrong, it is {text}." for text, _ in _scaled(
+                part, [b[off]]) if not off.all() and off.sum() > 1}
             for k in range(off.ndim):
                 wrong = np.flatnonzero(off.any(axis=tuple(m for m in range(off.ndim) if m != k)))
                 n = off.shape[k]
@@ -415,9 +513,12 @@ def _place(failures):
                 at = at or ("the first positions" if wrong[-1] == len(wrong) - 1 else
                             "the last positions" if wrong[0] == n - len(wrong) else
                             "positions " + ", ".join(map(str, wrong[:6])))
-                here.add(f"Wrong only in {at} of {_axis(k)}.")
+                others = np.moveaxis(b, k, 0)
+                if len(wrong) == 2 and _same([np.moveaxis(a, k, 0)[wrong]], [others[wrong[::-1]]]):
+                    at = f"{at}, which are exchanged for each other,"
+                here.add(f"Wrong only in {at} of {_axis(k, off.ndim)}.")
         told.append(here)
-    return sorted(set.intersection(*told), key=lambda text: "only in pos" in text) if told else []
+    return sorted(set.intersection(*told), key=lambda text: ("only in" in text, text)) if told else []
 
 
 def _what(a, b, off, case):
@@ -428,7 +529,7 @@ def _what(a, b, off, case):
     elif np.isnan(b[off]).all():
         here.add("Wrong only where NaN is needed.")
     elif off.all():
-        return here
+        return here | {"0 is needed everywhere here."} if not b.any() else here
     elif not a[off].any():
         here.add("Where it is wrong, 0 stands: something is missing there.")
     elif not b[off].any():

@@ -12,7 +12,6 @@ import io
 from pathlib import Path
 from typing import Any
 
-from matplotlib import pyplot
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
@@ -292,6 +291,7 @@ def described(figure: Figure, alt: str) -> Described:
     >>> described(Figure(), "an empty picture")
     an empty picture
     """
+    from matplotlib import pyplot                # a notebook has it; what else draws here does not
     pyplot.close(figure)
     return Described(figure, alt)
 

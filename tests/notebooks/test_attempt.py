@@ -64,7 +64,7 @@ def test_several_gradients_at_once(said, capsys):
             == ["dx", "dw", "db"] * 2)
     printed = said(lambda *a: (*gradients(*a)[:2], 2 * gradients(*a)[2]), gradients,
                    {"odd": (X, W, B)}, f=nn.conv1d)
-    assert "odd: db[" in printed and "Result 2 is twice what is needed" in printed
+    assert "odd: db[" in printed and "Everything is twice what is needed" in printed
     assert "dx, dw: right." in printed
 
 
@@ -147,15 +147,15 @@ MISTAKES = [
     (lambda dy, x: dy * x, "Everything is half of what is needed"),
     (lambda dy, x: -2 * dy * x, "the right one negated"),
     (lambda dy, x: 2 * x, "if dy were all ones or left out"),
-    (lambda dy, x: 2 * dy * x[:, :, ::-1], "if x were reversed along the third axis"),
+    (lambda dy, x: 2 * dy * x[:, :, ::-1], "if x were reversed along the last axis"),
     (lambda dy, x: 2 * dy[::-1] * x[::-1], "reversed along the first axis"),
     (lambda dy, x: 2 * dy * x / x.size, "divided by the number of elements of dy once too often"),
-    (lambda dy, x: 2 * np.roll(dy * x, 1, 2), "one position later along the third axis"),
+    (lambda dy, x: 2 * np.roll(dy * x, 1, 2), "one position later along the last axis"),
     (lambda dy, x: 2 * dy * np.abs(x), "if x had lost its sign"),
     (lambda dy, x: 2 * dy * x * x, "if x were squared"),
     (lambda dy, x: (2 * dy * x).swapaxes(1, 2), "transposed"),
-    (lambda dy, x: np.cumsum(2 * dy * x, axis=2), "summed up along the third axis"),
-    (lambda dy, x: 2 * dy * x * (np.arange(3) > 0), "only in the first position of the third axis"),
+    (lambda dy, x: np.cumsum(2 * dy * x, axis=2), "summed up along the last axis"),
+    (lambda dy, x: 2 * dy * x * (np.arange(3) > 0), "only in the first position of the last axis"),
     (lambda dy, x: 2 * dy * x + dy, "dy is added once too often"),
     (lambda dy, x: 2 * dy * np.maximum(x, 0), "if x were cut off below 0"),
     (lambda dy, x: 2 * dy * x[:1] * x / x, "along the first axis"),
