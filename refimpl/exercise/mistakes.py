@@ -8,7 +8,7 @@ the wrong elements.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -36,11 +36,12 @@ class Failure:
 
 
 def explain(mine: Callable[..., Any], right: Callable[..., list], failures: Sequence[Failure],
-            passed: Sequence[tuple] = ()) -> str:
+            passed: Sequence[tuple] = (), linear: bool = False) -> str:
     """What the mistake looks like, in a sentence or two, or "".
 
     mine, right : functions of a case's arguments to a list of arrays;
-    passed : the arguments of the cases that did not fail
+    passed : the arguments of the cases that did not fail;
+    linear : whether the first argument is an upstream gradient
 
     >>> dy, x = np.array([1.0, 2.0]), np.array([3.0, 5.0])
     >>> case = Failure(("dy", "x"), (dy, x), [x * dy], [2 * x * dy])
@@ -63,8 +64,12 @@ def explain(mine: Callable[..., Any], right: Callable[..., list], failures: Sequ
     few = [case for case in kept if any(np.any(y) for y in case.expected)][:4] or kept[:4]
     with np.errstate(all="ignore"):
         where = split(failures[0].names, [case.arguments for case in failures], passed)
-        return (_form(few) or " ".join(filter(None, [_rival(right, few) or _difference(few) or " ".join(
-            [*_place(few), *_questions(mine, right, few)][:2]), where])))
+        if all(np.asarray(y).dtype == bool and np.size(y) == 1 for y in few[0].expected):
+            return where                         # yes or no: nothing to compare
+        return _form(few) or " ".join(filter(None, [
+            _rival(right, few) or _difference(few) or " ".join(sorted(
+                [*_lost(few), *_place(few), *(_reach(mine, right, few[-1]) if linear else ()),
+                 *_questions(mine, right, few)], key=lambda text: "positions" in text)[:3]), where]))
 
 
 def split(names: Sequence[str], failed: Sequence[tuple], passed: Sequence[tuple]) -> str:
@@ -239,7 +244,7 @@ def _scaled(case, arrays, any_factor=False):
         for text, factor in _factors(case):
             if abs(ratio - factor) <= 1e-8 * abs(factor):
                 yield text, case.found
-        if any_factor and np.size(arrays[0]) > 1:
+        if any_factor:
             yield "wrong by one factor, the same throughout a case", case.found
 
 
@@ -279,7 +284,15 @@ def _of_answers(y):
 
 def _of_argument(name, x):
     """(text, value) of what an argument may be taken for."""
-    if isinstance(x, str):
+    if is_dataclass(x):
+        for field in fields(x):
+            for text, value in _of_argument(f"{name}.{field.name}", getattr(x, field.name)):
+                yield text, replace(x, **{field.name: value})
+    elif hasattr(x, "_asdict"):
+        for field, old in x._asdict().items():
+            for text, value in _of_argument(f"{name}.{field}", old):
+                yield text, x._replace(**{field: value})
+    elif isinstance(x, str):
         yield f"{name} were read backwards", x[::-1]
     elif isinstance(x, (bool, np.bool_)):
         yield f"{name} were the opposite", not x
@@ -361,6 +374,9 @@ def _rival(right, failures):
                     yield from _asked(case, {i: x[::-1], j: np.flip(y, -1)},
                                       f"{case.names[j]} and {name} were both read backwards")
                 if type(x) is type(y) and np.shape(x) == np.shape(y):
+                    for a, b in ((i, j), (j, i)):
+                        yield from _asked(case, {a: case.arguments[b]}, f"{case.names[b]} stood "
+                                          f"in the place of {case.names[a]}")
                     yield from _asked(case, {i: y, j: x},
                                       f"{case.names[j]} and {name} were exchanged")
 
@@ -375,9 +391,24 @@ def _rival(right, failures):
         if all(y.ndim > 1 and y.shape[-1] == y.shape[-2] for y in arrays):
             yield (f"It is what would be right if {text}, and the result transposed.",
                    [y.swapaxes(-1, -2) for y in arrays])
-    return _common(failures, _outputs) or _common(failures, _inputs) or _common(
-        failures, lambda case, _: ((f"Everything is {text}.", arrays) for text, arrays in
-                                _scaled(case, case.expected, any_factor=True)))
+    several = any(np.size(y) > 2 for case in failures for y in case.expected)
+    return (_common(failures, _outputs) or _common(failures, _inputs)
+            or several and _common(failures, lambda case, _: (
+                (f"Everything is {text}.", arrays) for text, arrays in
+                _scaled(case, case.expected, any_factor=True)))
+            or _mostly(failures, _outputs) or "")
+
+
+def _mostly(failures, candidates):
+    """What explains at least half of the failures, and two of them."""
+    told: dict[str, int] = {}
+    for case in failures:
+        for text in dict.fromkeys(text for text, arrays in candidates(case, None)
+                                  if _same(case.found, arrays)):
+            told[text] = told.get(text, 0) + 1
+    most = max(told, key=lambda text: told[text], default="")
+    enough = most and told[most] >= max(2, len(failures) / 2)
+    return f"In some cases: {most[0].lower()}{most[1:]}" if enough else ""
 
 
 def _difference(failures):
@@ -388,7 +419,8 @@ def _difference(failures):
                 continue
             if all(np.shape(x) == np.shape(y) for y in case.expected):
                 moved = Failure(case.names, case.arguments, [y - x for y in case.found], [])
-                for text, _ in _scaled(moved, [y - x for y in case.expected], any_factor=True):
+                for text, _ in _scaled(moved, [y - x for y in case.expected], any_factor=any(
+                        np.size(y) > 2 for other in failures for y in other.expected)):
                     yield f"The step away from {name} is {text}.", case.found
             for factor, text in ((1, "once too often"), (-1, "once too rarely"),
                                  (-2, "with the wrong sign"), (-.5, "by half too rarely")):
@@ -401,7 +433,8 @@ def _difference(failures):
                         pass
 
     def _places(case, _):
-        pairs = list(zip(map(np.asarray, case.found), map(np.asarray, case.expected)))
+        pairs = [(np.asarray(x, float), np.asarray(y, float)) for x, y in
+                 zip(case.found, case.expected)]
         if all(y.size > 1 for _, y in pairs):
             for k in range(min(y.ndim for _, y in pairs)):
                 name, rest = _axis(k, pairs[0][1].ndim), [
@@ -413,6 +446,11 @@ def _difference(failures):
                        for (x, y), axes in zip(pairs, rest)):
                     yield (f"Each position of {name} is wrong by a factor of its own, the same "
                            "within it."), case.found
+                if all(y.ndim > 1 and y.shape[k] > 1 and y.all() and np.all(x) and np.isfinite(
+                        x).all() and _same(
+                        [np.mean(x / y, k, keepdims=True) + 0 * y], [x / y]) for x, y in pairs):
+                    yield (f"The factor by which it is wrong is the same all along {name}."), (
+                        case.found)
                 offs = [x - y for x, y in pairs]
                 if all(y.ndim > 1 and np.isfinite(d).all() and _same([np.mean(d, k, keepdims=True) + 0 * y], [d])
                        for d, (_, y) in zip(offs, pairs)):
@@ -422,6 +460,50 @@ def _difference(failures):
             if all(_same([np.abs(x)], [np.abs(y)]) for x, y in pairs):
                 yield "The signs of some elements are wrong, and nothing else.", case.found
     return _common(failures, _terms) or _common(failures, _places)
+
+
+def _lost(failures):
+    """What holds of every right answer and of no found one."""
+    def _square(y):
+        return y.ndim > 1 and y.shape[-1] == y.shape[-2] > 1
+    properties = {
+        "a rotation, which keeps lengths": lambda y: _square(y) and np.allclose(
+            y @ y.swapaxes(-1, -2), np.eye(y.shape[-1]), atol=1e-8),
+        "symmetric": lambda y: _square(y) and np.allclose(y, y.swapaxes(-1, -2), 1e-9, 1e-12),
+        "nowhere below 0": lambda y: y.size > 1 and (y >= 0).all(),
+        "made of whole numbers": lambda y: y.size > 1 and (y == np.round(y)).all()}
+    for text, holds in properties.items():
+        pairs = [(np.asarray(x, float), np.asarray(y, float)) for case in failures
+                 for x, y in zip(case.found, case.expected)]
+        if all(holds(y) and not holds(x) for x, y in pairs):
+            yield f"The right answer is {text}; this one is not."
+
+
+def _reach(mine, right, case):
+    """Where a single upstream 1 arrives, and where it should."""
+    dy = case.arguments[0]
+    if np.size(dy) < 2 or np.ndim(dy) < 2:
+        return
+    said = set()
+    for at in np.random.default_rng(0).permutation(dy.size)[:12]:
+        one = np.zeros(dy.size)
+        one[at] = 1
+        answers = [_answer(f, (one.reshape(dy.shape), *case.arguments[1:])) for f in (mine, right)]
+        if None in answers:
+            return
+        x, y = (np.concatenate([np.ravel(a) for a in answer]) for answer in answers)
+        here, there = x != 0, y != 0
+        if _same([x], [y]):
+            continue
+        said.add("reaches places that it should not" if (here & ~there).any() else
+                 "reaches fewer places than it should: something is left out or overwritten"
+                 if (there & ~here).any() else
+                 "reaches the right places by the right factors, in another order"
+                 if _same([np.sort(x)], [np.sort(y)]) else "")
+    said.discard("")
+    if len(said) == 1 or "reaches places that it should not" in said:
+        text = said.pop() if len(said) == 1 else "reaches places that it should not"
+        yield f"A single upstream 1 {text}."
 
 
 def _questions(mine, right, failures):
@@ -468,8 +550,9 @@ def _clips(mine, right, case, asked):
     """Whether one clip's numbers reach another clip."""
     sizes = [len(y) if np.ndim(y) else 0 for y in asked[1]]
     N = sizes[0] if sizes else 0
-    changed = [np.concatenate([1.5 * x[:1] + .25, x[1:]]) if isinstance(x, np.ndarray) and x.ndim
-               and x.dtype.kind == "f" and len(x) == N else x for x in case.arguments]
+    changed = [np.concatenate([1.5 * x[:1] + .25 if x.dtype.kind == "f" else x[:1] ^ 1, x[1:]])
+               if isinstance(x, np.ndarray) and x.ndim and x.dtype.kind in "fi" and len(x) == N
+               else x for x in case.arguments]
     after = [_answer(function, changed) for function in (mine, right)]
     if N < 2 or None in after or any(n != N for n in sizes):
         return

@@ -108,7 +108,7 @@ def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapp
         return mine
     passed = {label: (upstream(f, x, 0), *x) if f else x for label, x in whole.items()
               if label not in [failed for failed, _, _ in failures]}
-    print(*_told(mine, reference, failures, passed), sep="\n")
+    print(*_told(mine, reference, failures, passed, bool(f)), sep="\n")
     return reference
 
 
@@ -130,7 +130,7 @@ def slopes(f: Callable[..., Any], x: np.ndarray, dy: Any = 1.0) -> np.ndarray:
     return measured
 
 
-def _told(mine, reference, failures, passed):
+def _told(mine, reference, failures, passed, linear):
     """Lines: the smallest case that failed, what it looks like, where it is right."""
     values = [failure for _, _, failure in failures if failure]
     label, message, failure = min(failures, key=lambda told: (
@@ -146,7 +146,8 @@ def _told(mine, reference, failures, passed):
                     found = _taken(function(*copies(arguments)), expected)
                 return [np.asarray(y) for y in found.values()]
             return _answers
-        looks = explain(_listed(mine), _listed(reference), values, list(passed.values()))
+        looks = explain(_listed(mine), _listed(reference), values,
+                        list(passed.values()), linear)
         if looks:
             yield f"  looks like: {looks}"
     if passed and 3 * len(failures) <= len(passed):
