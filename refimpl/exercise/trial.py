@@ -15,39 +15,19 @@ from typing import Any
 
 import numpy as np
 
-from .mistakes import Failure, explain
+from .answers import Counting, as_array, compared, results, taken
+from .mistakes import explain
+from .rivals import Failure
 from ..gradcheck import derivative
 from ..gradcheck.contract import changed, copies
-from ..gradcheck.difference import TINY, differences, largest
+from ..gradcheck.difference import differences
 from ..gradcheck.errors import GradientError, UndecidedError
 from ..gradcheck.gradient import check_gradient, upstream
 from ..gradcheck.report import Row, verdicts
 
 TOLERANCE = 1e-10     # against the package's own function, relative to the largest element
-OWN_FUNCTION = "the package's own function"
 SINGLY = 100          # elements of an input that are checked one by one; of more, a sample
 DRAWN = 30            # elements that an array may have to be drawn
-
-
-class _Counting(np.ndarray):
-    """An array that counts the products of two arrays that it takes part in."""
-
-    products = 0
-
-    def __array_ufunc__(self, ufunc, method, *inputs, **options):
-        arrays = [np.asarray(x) for x in inputs]
-        pair = len(arrays) == 2 and min(x.size for x in arrays) > 1
-        _Counting.products += ufunc is np.matmul or (ufunc is np.multiply and pair)
-        if "out" in options:
-            options["out"] = tuple(np.asarray(x) for x in options["out"])
-        made = getattr(ufunc, method)(*arrays, **options)
-        return made.view(_Counting) if isinstance(made, np.ndarray) else made
-
-    def __array_function__(self, func, types, args, kwargs):
-        _Counting.products += func.__name__ in ("dot", "einsum", "tensordot", "inner", "vdot",
-                                                "convolve", "correlate", "outer", "kron")
-        made = super().__array_function__(func, types, args, kwargs)
-        return made
 
 
 def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapping[str, tuple], *,
@@ -142,8 +122,8 @@ def _told(mine, reference, failures, passed, linear):
         def _listed(function):
             def _answers(*arguments):
                 with np.errstate(all="ignore"):
-                    expected = _outputs(reference(*copies(arguments)))
-                    found = _taken(function(*copies(arguments)), expected)
+                    expected = results(reference(*copies(arguments)))
+                    found = taken(function(*copies(arguments)), expected)
                 return [np.asarray(y) for y in found.values()]
             return _answers
         looks = explain(_listed(mine), _listed(reference), values,
@@ -231,7 +211,7 @@ def _gradient(mine, f, inputs, wrt):
         found = mine(dy, *_complete(chosen))
         named = dict(zip(names, chosen))
         return tuple(np.asarray(y, float) if isinstance(y, list) else y
-                     for y in _taken(found, named).values())
+                     for y in taken(found, named).values())
     try:
         report: Any = check_gradient(lambda *chosen: f(*_complete(chosen)), _claims,
                                      *(inputs[place] for place in places), names=names, report=True,
@@ -242,46 +222,11 @@ def _gradient(mine, f, inputs, wrt):
     return list(report.rows), failures[0] if failures else ""
 
 
-def _outputs(expected):
-    """The results of the right function by name."""
-    if isinstance(expected, dict):
-        return expected
-    if isinstance(expected, tuple) and len(expected) > 1:
-        return {f"output {i}": y for i, y in enumerate(expected)}
-    return {"": expected[0] if isinstance(expected, tuple) and expected else expected}
-
-
-def _taken(found, expected):
-    """The student's results by the same names; lists and tuples do for arrays.   ->  {name: array}
-    Raises TypeError: nothing returned, or another number of results.
-    """
-    if found is None:
-        raise TypeError("found None, needed " + (", ".join(filter(None, expected)) or "an array")
-                        + "; is there a return?")
-    if isinstance(found, dict) and set(found) == set(expected):
-        return {name: found[name] for name in expected}
-    if len(expected) == 1:
-        shape = np.shape(next(iter(expected.values())))
-        if isinstance(found, (tuple, list)) and len({np.shape(y) for y in found if isinstance(
-                y, np.ndarray)}) > 1:
-            raise TypeError(f"found {len(found)} results, needed 1")
-        if isinstance(found, (tuple, list)) and len(found) == 1 and np.shape(found) != shape:
-            found = found[0]
-        elif isinstance(found, (tuple, list)) and any(isinstance(y, np.ndarray) and np.shape(y)
-                                                      == shape for y in found[:1]):
-            raise TypeError(f"found {len(found)} results, needed 1")
-        found = [found]
-    if not isinstance(found, (tuple, list, np.ndarray)) or len(found) != len(expected):
-        count = len(found) if isinstance(found, (tuple, list, dict)) else 1
-        raise TypeError(f"found {count} results, needed {len(expected)}")
-    return dict(zip(expected, found))
-
-
 def _values(mine, reference, f, arguments, wrt, tolerance, most_calls, most_products):
     """The outputs of both functions, element by element; the arguments must be left as they were.
     ->  list of Row, message or "", Failure or None
     """
-    expected = _outputs(reference(*copies(arguments)))
+    expected = results(reference(*copies(arguments)))
     if f and "" in expected or f and "output 0" in expected:
         expected = dict(zip(_chosen(f, arguments[1:], wrt)[1], expected.values()))
     handed_out, calls = copies(arguments), [0]
@@ -295,14 +240,14 @@ def _values(mine, reference, f, arguments, wrt, tolerance, most_calls, most_prod
         handed_out = [_counted(x) if callable(x) else x for x in handed_out]
     found = mine(*handed_out)
     try:
-        found = _taken(found, expected)
+        found = taken(found, expected)
     except TypeError as error:
         return [Row("", False, False, np.inf, "its count")], str(error), None
-    judged = [_compare(name, found[name], y, tolerance) for name, y in expected.items()]
+    judged = [compared(name, found[name], y, tolerance) for name, y in expected.items()]
     rows, messages = [row for row, _ in judged], [message for _, message in judged if message]
     names = _parameters(mine, arguments)
     if messages:
-        arrays = [[_array(y)[0] for y in values.values()] for values in (found, expected)]
+        arrays = [[as_array(y)[0] for y in values.values()] for values in (found, expected)]
         failure = None if any(x is None for side in arrays for x in side) else Failure(
             names, tuple(arguments), *arrays)
         right = [row.name for row, message in judged if not message and row.name]
@@ -313,56 +258,12 @@ def _values(mine, reference, f, arguments, wrt, tolerance, most_calls, most_prod
     if most_calls is not None and calls[0] > most_calls:
         return rows, f"the value is right, after {calls[0]} calls; {most_calls} are enough", None
     if most_products is not None:
-        _Counting.products = 0
-        mine(*(x.view(_Counting) if isinstance(x, np.ndarray) else x for x in copies(arguments)))
-        if _Counting.products > most_products:
-            return rows, (f"the value is right, by {_Counting.products} products; "
+        Counting.products = 0
+        mine(*(x.view(Counting) if isinstance(x, np.ndarray) else x for x in copies(arguments)))
+        if Counting.products > most_products:
+            return rows, (f"the value is right, by {Counting.products} products; "
                           f"{most_products} are enough"), None
     return rows, "", None
-
-
-def _array(value):
-    """->  array, or None and what it is instead"""
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        return None, "lists of different lengths"
-    return (array, "") if array.dtype.kind in "biuf" else (
-        None, f"complex numbers" if array.dtype.kind == "c" else type(value).__name__)
-
-
-def _compare(name, found, expected, tolerance):
-    """->  Row, message of the worst element or "" """
-    begin = f"{name}: " if name else ""
-    array, what = _array(found)
-    expected = np.asarray(expected)
-    if array is None:
-        return (Row(name, False, False, np.inf, "its type"),
-                f"{begin}found {what}, needed numbers of shape {expected.shape}")
-    if isinstance(found, (list, tuple)) and array.size == expected.size == 0:
-        array = array.reshape(expected.shape)                    # a list of nothing has no shape
-    if array.shape != expected.shape:
-        return (Row(name, False, False, np.inf, "its shape"),
-                f"{begin}found shape {array.shape}, needed {expected.shape}")
-    kinds = {"b": "True and False", "i": "whole numbers", "u": "whole numbers", "f": "float64"}
-    needs, has = kinds[expected.dtype.kind], kinds[array.dtype.kind]
-    if expected.dtype.kind == "f":
-        narrow = array.dtype.kind == "f" and array.dtype.itemsize < expected.dtype.itemsize
-        has = str(array.dtype) if narrow else needs
-    if expected.size and has != needs and isinstance(found, (np.ndarray, np.generic)):
-        return (Row(name, False, False, np.inf, "its type"),
-                f"{begin}found {has}, needed {needs}: another kind of number (dtype)")
-    x, y = array.astype(float), expected.astype(float)
-    off, bound = differences(x, y), tolerance * max(largest(y), TINY)
-    good = off <= bound
-    row = Row(name, bool((off == 0).all()), bool(good.all()), float(off.max(initial=0.0)),
-              OWN_FUNCTION)
-    if good.all():
-        return row, ""
-    worst = np.unravel_index(int(np.argmax(off)), off.shape)
-    where = f"[{', '.join(str(int(n)) for n in worst)}]" if off.ndim else ""
-    return row, (f"{begin or 'the result'}{where}".replace(": [", "[") + f": found {x[worst]:.6g}, "
-                 f"needed {y[worst]:.6g}; {int((~good).sum())} of {good.size} elements are wrong.")
 
 
 def _chosen(f, inputs, wrt):

@@ -76,11 +76,13 @@ def slide(control: str, values: Sequence[object],
             pen = "L" if np.isfinite(across + down) else "M"
         return "".join(text)
     paths = [[_path(line) for line in picture.values()] for picture in pictures]
-    name = "slide-" + hashlib.sha256(json.dumps([control, caption, paths]).encode()).hexdigest()[:12]
+    digest = hashlib.sha256(json.dumps([control, caption, paths]).encode()).hexdigest()
+    name = f"slide-{digest[:12]}"
     middle, colour = len(values) // 2, colours(labels)
     drawn = [f'<path data-line d="{d}" fill="none" stroke="{colour[label]}" stroke-width="2"/>'
              for label, d in zip(labels, paths[middle])]
-    drawn += [f'<text x="{EDGE + 130 * i}" y="16" fill="{colour[label]}">{html.escape(label)}</text>'
+    drawn += [f'<text x="{EDGE + 130 * i}" y="16" fill="{colour[label]}">'
+              f"{html.escape(label)}</text>"
               for i, label in enumerate(labels)]
     drawn += _ticks(low, high, _place, equal)
     drawn += [f'<text x="{WIDE / 2}" y="{HIGH - 6}" text-anchor="middle">{html.escape(x)}</text>',
@@ -94,8 +96,8 @@ def slide(control: str, values: Sequence[object],
         f'<svg viewBox="0 0 {WIDE} {HIGH}" role="img" aria-label="{told}" fill="currentColor" '
         f'style="width:100%">{"".join(drawn)}</svg><label>{html.escape(control)} '
         f'<input type="range" min="0" max="{len(values) - 1}" value="{middle}" style="width:60%"> '
-        f"<output>{html.escape(str(values[middle]))}</output></label><figcaption>{told}</figcaption>"
-        f"</figure><script>{script}</script>")
+        f"<output>{html.escape(str(values[middle]))}</output></label>"
+        f"<figcaption>{told}</figcaption></figure><script>{script}</script>")
 
 
 def _ticks(low, high, place, equal):
