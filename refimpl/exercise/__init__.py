@@ -10,6 +10,6 @@ it is wrong and what kind of mistake that looks like, or, as long as it is not w
 | `behaviour` | where is it wrong, what does it listen to, what has it lost? |
 """
 
-from .trial import attempt, slopes
+from .trial import attempt, gradient_by_steps as slopes
 
 __all__ = ["attempt", "slopes"]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .behaviour import lost, places, questions, reach
-from .rivals import (Failure, axis_name, AXES, made_of_answer, made_of_argument, same,
+from .rivals import (Failure, axis_name, ORDINALS, made_of_answer, made_of_argument, same,
                      scaled_answers)
 from ..gradcheck.contract import copies
 
@@ -147,7 +147,7 @@ def _form(failures):
 
     def _sums(case):
         for k in range(max(np.ndim(y) for y in case.found)):
-            yield (f"It would be right once summed over its {AXES[k]} axis: what is shared "
+            yield (f"It would be right once summed over its {ORDINALS[k]} axis: what is shared "
                    "collects from all who share it.",
                    _each(lambda y: np.sum(y, axis=k), case.found))
     for case in failures:

@@ -11,9 +11,10 @@ import numpy as np
 from ..gradcheck.difference import TINY, differences, largest
 
 CLOSE = 1e-8              # a rival that is this near, relative to the largest element, is the same
-AXES = ("first", "second", "third", "fourth")
+ORDINALS = ("first", "second", "third", "fourth")
 SIMPLE = {0.5: "half of what is needed", 2.0: "twice what is needed",
-          1 / 3: "a third of what is needed", 3.0: "three times what is needed", -1.0: "the right one negated",
+          1 / 3: "a third of what is needed", 3.0: "three times what is needed",
+          -1.0: "the right one negated",
           -0.5: "minus half of what is needed", -2.0: "minus twice what is needed",
           0.25: "a quarter of what is needed", 4.0: "four times what is needed",
           180 / np.pi: "in degrees, and radians are needed",
@@ -48,7 +49,7 @@ def axis_name(k: int, ndim: int) -> str:
     ('the first axis', 'the last axis')
     """
     return ("the first axis" if k == 0 else "the last axis" if k == ndim - 1 else
-            f"the {AXES[k]} axis" if k < len(AXES) else f"axis {k}")
+            f"the {ORDINALS[k]} axis" if k < len(ORDINALS) else f"axis {k}")
 
 
 def _factors(case):

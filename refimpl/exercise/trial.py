@@ -92,11 +92,11 @@ def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapp
     return reference
 
 
-def slopes(f: Callable[..., Any], x: np.ndarray, dy: Any = 1.0) -> np.ndarray:
+def gradient_by_steps(f: Callable[..., Any], x: np.ndarray, dy: Any = 1.0) -> np.ndarray:
     """The gradient of sum(dy * f(x)), measured: the reference for an intermediate that nobody wants
     to give away. By complex step, or by differences where f is not analytic.
 
-    >>> slopes(np.sin, np.zeros(2), np.array([1.0, 3.0])).tolist()
+    >>> gradient_by_steps(np.sin, np.zeros(2), np.array([1.0, 3.0])).tolist()
     [1.0, 3.0]
     """
     measured = np.zeros(x.shape)
