@@ -34,7 +34,7 @@ SENTENCES = {
          "jerk(by_turns, range(21)) > 2 * jerk(by_curve, range(21))"),
         ("What is read again is equal to the last bit", "same"),
         ("all bones keep their lengths",
-         "np.allclose(bone_lengths(right), bone_lengths(wrong), atol=1e-6)"),
+         "not made or np.allclose(bone_lengths(right), bone_lengths(wrong), atol=1e-6)"),
         ("Your forward kinematics against it", "np.abs(made_by_package - P).max() < 1e-9"),
     ],
     "02": [
