@@ -27,6 +27,8 @@ def lost(failures: Sequence[Failure]) -> Iterator[str]:
             y @ y.swapaxes(-1, -2), np.eye(y.shape[-1]), atol=1e-8),
         "symmetric": lambda y: _square(y) and np.allclose(y, y.swapaxes(-1, -2), 1e-9, 1e-12),
         "nowhere below 0": lambda y: y.size > 1 and (y >= 0).all(),
+        "the same number in many places, which share it": lambda y: (
+            y != 0).sum() > 8 and len(np.unique(y[y != 0])) <= (y != 0).sum() / 2,
         "made of whole numbers": lambda y: y.size > 1 and (y == np.round(y)).all()}
     for text, holds in properties.items():
         pairs = [(np.asarray(x, float), np.asarray(y, float)) for case in failures
@@ -35,36 +37,40 @@ def lost(failures: Sequence[Failure]) -> Iterator[str]:
             yield f"The right answer is {text}; this one is not."
 
 
-def reach(mine: Asked, right: Asked, case: Failure) -> Iterator[str]:
+def reach(mine: Asked, right: Asked, failures: Sequence[Failure]) -> Iterator[str]:
     """Where a single upstream 1 arrives, and where it should.
 
     >>> case = Failure(["dy"], (np.ones((1, 3)),), [np.ones((1, 3))], [np.ones((1, 3))])
-    >>> next(reach(lambda dy: [0 * dy], lambda dy: [dy], case))[:51]
+    >>> next(reach(lambda dy: [0 * dy], lambda dy: [dy], [case]))[:51]
     'A single upstream 1 reaches fewer places than it sh'
     """
-    dy = case.arguments[0]
-    if np.size(dy) < 2 or np.ndim(dy) < 2:
-        return
-    said = set()
+    told = dict.fromkeys(text for case in failures[-4:] for text in [_reached(mine, right, case)]
+                         if text)
+    if told:
+        yield f"A single upstream 1 {min(told, key=lambda text: 'should not' in text)}."
+
+
+def _reached(mine, right, case):
+    """Where single upstream 1s of one case arrive, in words, or ""."""
+    dy, said = case.arguments[0], set()
+    if np.size(dy) < 2 or np.ndim(dy) < 2 or np.size(dy) > 1000:
+        return ""
     for at in np.random.default_rng(0).permutation(dy.size)[:12]:
         one = np.zeros(dy.size)
         one[at] = 1
         answers = [_answer(f, (one.reshape(dy.shape), *case.arguments[1:])) for f in (mine, right)]
         if None in answers:
-            return
+            return ""
         x, y = (np.concatenate([np.ravel(a) for a in answer]) for answer in answers)
         here, there = x != 0, y != 0
-        if same([x], [y]):
-            continue
-        said.add("reaches places that it should not" if (here & ~there).any() else
-                 "reaches fewer places than it should: something is left out or overwritten"
-                 if (there & ~here).any() else
-                 "reaches the right places by the right factors, in another order"
-                 if same([np.sort(x)], [np.sort(y)]) else "")
+        if not same([x], [y]):
+            said.add("reaches places that it should not" if (here & ~there).any() else
+                     "reaches fewer places than it should: something is left out or overwritten"
+                     if (there & ~here).any() else
+                     "reaches the right places by the right factors, in another order"
+                     if same([np.sort(x)], [np.sort(y)]) else "")
     said.discard("")
-    if len(said) == 1 or "reaches places that it should not" in said:
-        text = said.pop() if len(said) == 1 else "reaches places that it should not"
-        yield f"A single upstream 1 {text}."
+    return said.pop() if len(said) == 1 else "reaches places that it should not" if said else ""
 
 
 def questions(mine: Asked, right: Asked, failures: Sequence[Failure]) -> Iterator[str]:

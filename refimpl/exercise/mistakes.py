@@ -51,7 +51,7 @@ def explain(mine: Callable[..., Any], right: Callable[..., list], failures: Sequ
             return where                         # yes or no: nothing to compare
         return _form(few) or " ".join(filter(None, [
             _rival(right, few) or _difference(few) or " ".join(sorted(
-                [*lost(few), *places(few), *(reach(mine, right, few[-1]) if linear else ()),
+                [*lost(few), *places(few), *(reach(mine, right, kept) if linear else ()),
                  *questions(mine, right, few)], key=lambda text: "positions" in text)[:3]), where]))
 
 
@@ -78,9 +78,8 @@ def _traits(names, arguments):
             if x.dtype.kind == "f" and x.size:
                 yield from (text for holds, text in (
                     (not x.all(), f"{name} has zeros"),
-                    (x.min() < 0, f"{name} has numbers below 0"),
                     (np.isnan(x).any(), f"{name} has NaN"),
-                    (np.abs(x).max() < 1e-3, f"{name} is small"), (x.any(), f"{name} is not all 0"))
+                    (np.abs(x).max() < 1e-3, f"{name} is small"))
                     if holds)
             yield f"{name} has {x.ndim} axes"
             yield f"{name} has not {5 - x.ndim} axes" if x.ndim in (2, 3) else ""
@@ -88,15 +87,12 @@ def _traits(names, arguments):
     for what, n in lengths.items():
         yield f"{what} has an {'odd' if n % 2 else 'even'} length"
         yield f"{what} has {'the length ' + str(n) if n < 2 else 'a length above 1'}"
-    groups: tuple[tuple[dict[str, Any], str], ...] = (lengths, "is as long as"), (numbers, "is")
-    for group, verb in groups:
-        for i, (one, n) in enumerate(group.items()):
-            for other, m in list(group.items())[:i]:
-                yield f"{one} {verb} {other}" if n == m else f"{one} differs from {other}"
-                yield f"{one} is above {other}" if n > m else f"{one} is not above {other}"
-                yield f"{other} is above {one}" if m > n else f"{other} is not above {one}"
-                yield (f"{other} is above half of {one}" if 2 * m > n + 1
-                       else f"{other} is not above half of {one}")
+    for i, (one, n) in enumerate(numbers.items()):
+        for other, m in list(numbers.items())[:i]:
+            yield f"{one} is {other}" if n == m else f"{one} is not {other}"
+            yield f"{one} is above {other}" if n > m else f"{one} is not above {other}"
+            yield (f"{other} is above half of {one}" if 2 * m > n + 1
+                   else f"{other} is not above half of {one}")
     for name, x in numbers.items():
         yield f"{name} is {x:g}"
         yield from (f"{name} is not {number}" for number in (0, 1) if x != number)
@@ -225,7 +221,7 @@ def _rival(right, failures):
             or several and _common(failures, lambda case, _: (
                 (f"Everything is {text}.", arrays) for text, arrays in
                 scaled_answers(case, case.expected, any_factor=True)))
-            or _mostly(failures, _outputs) or "")
+            or _mostly(failures, _outputs) or _mostly(failures, _inputs) or "")
 
 
 def _mostly(failures, candidates):
