@@ -63,20 +63,13 @@ def run(arguments: argparse.Namespace) -> None:
     """Print a line a system. A ValueError says what cannot be scored."""
     if arguments.sheet:
         check_ending(arguments.sheet, ".png")
-    lines = read_lines(arguments.table)
-    judges = _judges(arguments) if arguments.judges else None
-    progress = Progress(2 * len(lines), "result", seconds=2.0)
-    entries, refused = read_entries(lines, Path(arguments.table), judges, arguments.pattern,
-                                    lambda: progress.step("read"))
-    if not entries:
-        raise score.ScoreError(f"{arguments.table}: found no row that can be scored: "
-                               f"{refused[0]['reason']}")
-    rows = refused + list(nulls.score_table(entries, judges, nulls=arguments.nulls,
-                                            done=lambda: progress.step("scored")))
-    _print(rows, judges)
+    judges = (read_judges(arguments.judges, arguments.pattern, arguments.labels)
+              if arguments.judges else None)
+    entries, rows = score_file(arguments.table, judges, arguments.pattern, arguments.nulls)
+    print_systems(rows, judges)
     if arguments.json:
         settings = {key: value for key, value in vars(arguments).items() if key != "run"}
-        write_report(arguments.json, "score", settings, [_plain(row) for row in rows],
+        write_report(arguments.json, "score", settings, [plain(row) for row in rows],
                      judges=judges.facts if judges else None)
     if arguments.sheet:
         from ..pictures import figures
@@ -86,7 +79,23 @@ def run(arguments: argparse.Namespace) -> None:
                       arguments.sheet)
 
 
-def read_lines(path: str) -> list[dict[str, str]]:
+def score_file(path: str | Path, judges: judging.Judges | None, pattern: str = PATTERN,
+               with_nulls: bool = False) -> tuple[list[nulls.Entry], list[nulls.Row]]:
+    """A table's entries, and its rows: those refused, results, systems, nulls.
+
+    Raises ScoreError where no row can be scored.
+    """
+    lines = read_lines(path)
+    progress = Progress(2 * len(lines), "result", seconds=2.0)
+    entries, refused = read_entries(lines, Path(path), judges, pattern,
+                                    lambda: progress.step("read"))
+    if not entries:
+        raise score.ScoreError(f"{path}: found no row that can be scored: {refused[0]['reason']}")
+    return entries, refused + list(nulls.score_table(
+        entries, judges, nulls=with_nulls, done=lambda: progress.step("scored")))
+
+
+def read_lines(path: str | Path) -> list[dict[str, str]]:
     """The rows of a table of results, by the words of its header.   Raises ScoreError, OSError."""
     rows = [(n, row) for n, row in enumerate(read_table(
         path, f"the header {','.join(COLUMNS)}", score.ScoreError), start=1) if any(row)]
@@ -116,7 +125,7 @@ def read_entries(lines: list[dict[str, str]], path: Path, judges: judging.Judges
         return known[file]
     entries, refused = [], []
     for line in lines:
-        facts = {"line": int(line["line"]), **{name: line.get(name, "") for name in COLUMNS}}
+        facts: dict[str, Any] = {name: line.get(name, "") for name in COLUMNS}
         empty = [name for name in COLUMNS if not facts[name]]
         motions = {} if empty else {name: _motion(facts[name]) for name in COLUMNS}
         wrong = ([f"found nothing for {empty[0]}, needed a file"] if empty else
@@ -124,7 +133,7 @@ def read_entries(lines: list[dict[str, str]], path: Path, judges: judging.Judges
         done()
         if wrong:
             refused.append({"row": "result", "system": line.get("system", ""), **facts,
-                            "reason": wrong[0]})
+                            "line": int(line["line"]), "reason": wrong[0]})
             continue
         content, own = _label(facts["content"], motions["content"], judges, pattern)
         style = _label(facts["style"], motions["style"], judges, pattern)[1]
@@ -132,7 +141,7 @@ def read_entries(lines: list[dict[str, str]], path: Path, judges: judging.Judges
         strange = [f"{what} {label!r} is none that the judges know" for what, label in zip(
             ("content", "style"), labels) if judges and label not in judges.facts[f"{what}s"]]
         if strange:
-            facts["reason"] = "; ".join(strange)
+            facts |= {"line": int(line["line"]), "reason": "; ".join(strange)}
         entries.append(nulls.Entry(motions["content"], motions["style"], motions["result"],
                                    line.get("system") or "result", labels[0], labels[1],
                                    {**facts, "style of content": own}))
@@ -148,19 +157,23 @@ def _label(name, motion, judges, pattern):
     return told.get("content by joints", ""), told["style by joints"]
 
 
-def _judges(arguments):
-    """The judges of the clips that are named."""
-    digest, source = hashlib.sha256(), ", ".join(arguments.judges)
-    if any(path.endswith(".npz") for path in arguments.judges):
-        if len(arguments.judges) > 1:
+def read_judges(folders: list[str], pattern: str = PATTERN,
+                table: str | None = None) -> judging.Judges:
+    """Judges of the labelled clips in folders, or of one MOTIONS.npz.   table : of labels
+
+    Raises ScoreError, LabelError, and what reading clips raises.
+    """
+    digest, source = hashlib.sha256(), ", ".join(folders)
+    if any(path.endswith(".npz") for path in folders):
+        if len(folders) > 1:
             raise score.ScoreError(f"--judges: found {source}, needed folders or one MOTIONS.npz")
         digest.update(Path(source).read_bytes())
         return judging.fit_judges(load_dataset(source), source=source, sha256=digest.hexdigest())
     labels: dict[Path, tuple[str, str]] = {}
-    for folder in map(Path, arguments.judges):
+    for folder in map(Path, folders):
         paths = find_clips(folder)
-        labels |= (labels_from_file(paths, arguments.labels, folder) if arguments.labels
-                   else labels_by_pattern(paths, arguments.pattern))
+        labels |= (labels_from_file(paths, table, folder) if table
+                   else labels_by_pattern(paths, pattern))
     if not labels:
         raise score.ScoreError(f"{source}: found no clip with labels, needed some; does --pattern "
                                "fit the file names?")
@@ -174,13 +187,14 @@ def _judges(arguments):
     return judging.fit_judges(dataset, source=source, sha256=digest.hexdigest())
 
 
-def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
+def plain(row: Mapping[str, Any]) -> dict[str, Any]:
     """What JSON can hold: nothing for what cannot be told."""
     return {key: None if isinstance(value, float) and not math.isfinite(value) else value
             for key, value in row.items()}
 
 
-def _print(rows, judges):
+def print_systems(rows: list[nulls.Row], judges: judging.Judges | None) -> None:
+    """A column a system, what its nulls must show, and rows that could not be scored."""
     if judges:
         facts = judges.facts
         right = ", ".join(f"{name} {share:.0%}"

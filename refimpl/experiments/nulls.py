@@ -133,7 +133,7 @@ def _bound(name, row, made):
                               and _at_most(style, most, made))}
     if name == EXEMPLAR:
         lost = min(row["movement kept (correlation)"], row["path met"])
-        return {"bound": f"style seen in {SEEN_AS_REAL:.0%} and more, path or movement below {LOST}",
+        return {"bound": f"style seen by {SEEN_AS_REAL:.0%}, path or movement below {LOST}",
                 "holds": bool(lost < LOST and (style is None or style >= SEEN_AS_REAL))}
     if name == REAL:
         return {"bound": "the level to reach", "holds": None}

@@ -1,0 +1,152 @@
+"""Tables of `refimpl experiment holden` that write files: the paper's own problem, and the paper's
+figures.
+"""
+
+import argparse
+from collections.abc import Mapping
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..experiments import nulls, problem
+from ..holden2017.trained import Manifold, Style
+from ..motion.body import Take
+from ..motion.bvh import write_bvh
+from ..storage import atomic_write
+from ..styles.files import load_manifold, load_style, save_manifold, save_style
+from . import score
+from .options import OutputFolder, pattern
+from .progress import Progress
+
+REFEREE = 1000                                                  # the seed of its network
+EMBEDDED = problem.Roles("_00[01]$", "_00[23]$", "_00[56]$", "_000$", "_001$")
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    """What these tables need beside the other options of the experiment."""
+    command.add_argument("--exemplars", metavar="REGEX", type=pattern,
+                         default="1_(walk|run)_.*_001$",
+                         help="problem: takes of the styles whose beginning is learnt from, one a "
+                              "content (default: %(default)s)")
+    command.add_argument("--others", metavar="REGEX", type=pattern, default="1_walk_.*_002$",
+                         help="problem: other takes of the styles, for the judges and as the level "
+                              "to reach (default: %(default)s)")
+    command.add_argument("--out", metavar="DIR", type=OutputFolder,
+                         default=OutputFolder("refimpl-holden"),
+                         help="problem, figures: networks, results and figures go there, and what "
+                              "is there already is used (default: %(default)s)")
+
+
+def shared_out(arguments: argparse.Namespace, takes: Mapping[str, Take],
+               labels: Mapping[str, tuple[str, str]], styles: list[str]) -> problem.Split:
+    """The clips by what they are for.   Raises ValueError where a style has no exemplar."""
+    roles = (problem.Roles(arguments.learn, arguments.judge, arguments.kept_out,
+                           arguments.exemplars, arguments.others)
+             if arguments.folder else EMBEDDED)
+    split = problem.split(takes, labels, roles, styles, arguments.contents)
+    for part in ("learn", "judges", "contents"):
+        if not split.parts[part]:
+            raise ValueError(f"problem: found no clip for {part}, needed some; the patterns are "
+                             f"{roles}")
+    for style in styles:
+        if not split.exemplars(style):
+            raise ValueError(f"problem: found no exemplar of {style!r} for {roles.exemplar!r}, "
+                             "needed one a content")
+    return split
+
+
+def trained(arguments: argparse.Namespace, split: problem.Split, styles: list[str]
+            ) -> tuple[Manifold, dict[str, dict[int, Style]]]:
+    """The referee, and {style: {seed: Style}}: read where they are, learnt where they are not."""
+    folder = Path(arguments.out) / "networks"
+    folder.mkdir(parents=True, exist_ok=True)
+    progress = Progress(1 + arguments.seeds * (1 + len(styles)), "     network")
+
+    def _loss(seed):
+        path = folder / f"loss_{seed}.npz"
+        if not path.exists():
+            save_manifold(path, problem.loss_network(split, seed, hidden=arguments.hidden,
+                                                     epochs=arguments.loss_epochs))
+        progress.step(path.stem)
+        return load_manifold(path)
+    made: dict[str, dict[int, Style]] = {style: {} for style in styles}
+    for seed in range(arguments.seeds):
+        manifold = _loss(seed)
+        for style in styles:
+            path = folder / f"{style}_{seed}.npz"
+            if not path.exists():
+                save_style(path, problem.style_network(
+                    split, manifold, style, seed, channels=arguments.channels,
+                    epochs=arguments.epochs))
+            progress.step(path.stem)
+            made[style][seed] = load_style(path)
+    return _loss(REFEREE), made
+
+
+def problem_rows(arguments: argparse.Namespace, split: problem.Split, referee: Manifold,
+                 made: Mapping[str, Mapping[int, Style]]) -> tuple[list[nulls.Row], dict[str, Any]]:
+    """Write the results and their table, score it, and print what `score` prints.
+
+    ->  rows of systems, and of systems by style; facts of the judges
+    """
+    out = Path(arguments.out)
+    files = problem.write_clips(split, out)
+    table = _write_results(split, out, files, made)
+    judges = score.read_judges([str(out / "judges")])
+    entries, scored = score.score_file(table, judges, with_nulls=True)
+    for row, entry in zip(scored, entries):
+        shown = [entry.exemplar]
+        row["style left (content = 1)"] = problem.left(entry.result, entry.content, shown, referee)
+    of_results = [row for row in scored if row["row"] == "result"]
+    rows = [row for row in scored if row["row"] == "system"]
+    for row in rows:
+        own = [r for r in of_results if r["system"] == row["system"]]
+        row |= {k: v for k, v in nulls.summary([{
+            "style asked for": r["style asked for"],
+            "style left (content = 1)": r["style left (content = 1)"]} for r in own]).items()}
+    score.print_systems(rows, judges)
+    for style in made:
+        for system in dict.fromkeys(r["system"] for r in of_results):
+            own = [r for r in of_results if (r["system"], r["style asked for"]) == (system, style)]
+            if own:
+                rows.append({"row": "style", "system": system, "style": style, "results": len(own),
+                             **{key: float(np.mean([r[key] for r in own])) for key in (
+                                 "style seen by joints", "content seen by joints", "path met")},
+                             **{key: float(np.median([r[key] for r in own])) for key in (
+                                 "style left (content = 1)", "movement kept (correlation)")}})
+    return [{"table": "problem", **score.plain(row)} for row in rows], judges.facts
+
+
+def _write_results(split, out, files, made):
+    """->  the path of the table"""
+    lines: list[list[Any]] = [["content", "style", "result", "system"]]
+    folder = out / "results"
+    folder.mkdir(exist_ok=True)
+    progress = Progress(len(made), "     style")
+    for style, by_seed in made.items():
+        shown = split.exemplars(style)
+        pairs = problem.pair_contents({split.labels[c][0] for c in split.parts["contents"]}, shown)
+
+        def _line(content, result, system):
+            exemplar = files[shown[pairs[split.labels[content][0]]]]
+            lines.append([*(p.relative_to(out).as_posix() for p in (
+                files[content], exemplar, result)), system])
+        for content, system, key, make in problem.results(split, by_seed, style):
+            path = folder / f"{style}, {system}, {files[content].stem}{key}.bvh"
+            if not path.exists():
+                write_bvh(path, make())
+            _line(content, path, system)
+        for real in split.parts["real"]:
+            if split.labels[real][1] == style:
+                for content in split.parts["contents"]:
+                    if split.labels[content][0] == split.labels[real][0]:
+                        _line(content, files[real], problem.OTHER_TAKE)
+        progress.step(style)
+    with atomic_write(out / "table.csv") as file:
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows(lines)
+        file.write(text.getvalue())
+    return out / "table.csv"
