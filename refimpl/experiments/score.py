@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from ..motion.body import read_take
+from ..motion.body import Take, read_take
 from ..motion.features import FPS, across, bone_lengths_by_frame, leg_length, root_path
 from ..motion.feet import jerk
 from ..motion.ground import planted_feet, resting_heights
@@ -60,12 +60,18 @@ class Motion:
 
 def read_motion(path: str | Path) -> Motion:
     """A BVH file or points.   Raises ValueError (what `body.read_take` raises) or OSError."""
-    take = read_take(path)
+    motion = motion_of(read_take(path))
+    if len(motion.positions) < SHORTEST_CLIP:
+        raise ScoreError(f"{path}: found {len(motion.positions)} frames at 60 a second, needed "
+                         f"{SHORTEST_CLIP} and more")
+    return motion
+
+
+def motion_of(take: Take) -> Motion:
+    """A take with every row of its clip, those that `motion.strays` leaves out too."""
     pose = resample(*local_pose(take.clip), take.clip.fps, FPS)
     positions = take.mapping.positions(*forward_kinematics(take.clip.parents, *pose))
     positions = positions @ take.upright.T
-    if len(positions) < SHORTEST_CLIP:
-        raise ScoreError(f"{path}: found {take.clip.frames} frames, needed a motion")
     floor, contacts = planted_feet(positions)
     return Motion(positions, contacts, floor, take.clip.fps)
 
