@@ -184,16 +184,10 @@ def set_aside(path: str | Path) -> Path | None:
 
 
 def read_table(path: str | Path, layout: str, refusal: type[ValueError]) -> list[list[str]]:
-    """A small CSV file as lists of stripped cells, one a line, with semicolons between them where
-    its first line has more of those than commas.   Raises `refusal`, OSError.
-    """
+    """A small CSV file as lists of stripped cells, one a line.   Raises `refusal`, OSError."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            text = file.read()
-        first = text.partition("\n")[0]
-        between = ";" if first.count(";") > first.count(",") else ","
-        return [[cell.strip() for cell in row] for row in csv.reader(io.StringIO(text, newline=""),
-                                                                     delimiter=between)]
+            return [[cell.strip() for cell in row] for row in csv.reader(file)]
     except (UnicodeDecodeError, csv.Error) as error:
         raise refusal(f"{path}: found {error}, needed UTF-8 text with {layout}") from None
 

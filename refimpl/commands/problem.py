@@ -12,9 +12,13 @@ from typing import Any
 import numpy as np
 
 from ..experiments import nulls, problem
+from ..fast import networks
+from ..holden2016.own import Settings, stylised_features
 from ..holden2017.trained import Manifold, Style
-from ..motion.body import Take
+from ..holden2017.transfer import transfer
+from ..motion.body import Take, seen
 from ..motion.bvh import write_bvh
+from ..motion.stylised import onto_skeleton
 from ..storage import atomic_write
 from ..styles.files import load_manifold, load_style, save_manifold, save_style
 from . import score
@@ -87,7 +91,7 @@ def trained(arguments: argparse.Namespace, split: problem.Split, styles: list[st
 
 
 def problem_rows(arguments: argparse.Namespace, split: problem.Split, referee: Manifold,
-                 made: Mapping[str, Mapping[int, Style]]) -> tuple[list[nulls.Row], dict[str, Any]]:
+                 made: Mapping[str, Mapping[int, Style]]) -> tuple[list[nulls.ScoreRow], dict[str, Any]]:
     """Write the results and their table, score it, and print what `score` prints.
 
     ->  rows of systems, and of systems by style; facts of the judges
@@ -150,3 +154,39 @@ def _write_results(split, out, files, made):
         csv.writer(text, lineterminator="\n").writerows(lines)
         file.write(text.getvalue())
     return out / "table.csv"
+
+
+def draw_figures(arguments: argparse.Namespace, split: problem.Split,
+                 made: Mapping[str, Mapping[int, Style]]) -> None:
+    """Figures 1 to 4 of the paper, by the first seed's networks, from walks and turns."""
+    from ..pictures import figures
+    out, shown = Path(arguments.out), list(made)[:4]
+    styles = {name: made[name][0] for name in shown}
+    contents = list({split.labels[name][0]: take
+                     for name, take in split.parts["contents"].items()}.items())[-2:]
+    pairs = problem.pair_contents([label for label, _ in contents], split.exemplars(shown[0]))
+    first, (label, take) = styles[shown[0]], contents[-1]
+    signals, filters = problem.flow(seen(take, first.manifold.body).features, first)
+    figures.draw_networks(signals, filters, out / "figure1.png", title="the transformation network "
+                          "and the loss network: signals and filters of trained ones")
+    before, after = (transfer(take, first, projected=projected, clean=False,
+                              networks=networks).positions for projected in (False, True))
+    figures.draw_projection(before, after, out / "figure2.png",
+                            title=f"T(I) in grey, P(T(I)) in blue: {shown[0]}, {label}")
+    rows, beside = [], []
+    progress = Progress(len(styles) * len(contents), "     strip")
+    for name, style in styles.items():
+        for label, take in contents:
+            exemplar = split.parts["exemplars"][split.exemplars(name)[pairs[label]]]
+            result = transfer(take, style, networks=networks).positions
+            told, there = f"{name}, {label}", seen(take, style.manifold.body)
+            rows.append(({"style": exemplar.positions, "content": take.positions,
+                          "result": result}, told))
+            moved = stylised_features(
+                there, take.contacts, [seen(exemplar, style.manifold.body).features],
+                style.manifold, Settings(), networks=networks)
+            beside.append(({"content": take.positions, "2016": onto_skeleton(
+                take, there, moved).positions, "2017": result}, told))
+            progress.step(told)
+    for number, lines in ((3, rows), (4, beside)):
+        figures.sheet(lines, out / f"figure{number}.png", views=("side", "front"), most=len(lines))

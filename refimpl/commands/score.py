@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Mapping
+import csv
 import hashlib
 import math
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 from ..experiments import judges as judging, nulls, score
 from ..motion.body import read_take
 from ..motion.dataset import Dataset, assemble, load_dataset
+from ..motion.features import FPS
 from ..motion.labels import PATTERN, find_clips, labels_by_pattern, labels_from_file
 from ..storage import read_table
 from .options import InputPath, OutputPath, check_ending, pattern, write_report
@@ -63,6 +65,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Print a line a system. A ValueError says what cannot be scored."""
     if arguments.sheet:
         check_ending(arguments.sheet, ".png")
+    read_lines(arguments.table)                      # what is wrong there is told before long work
     judges = (read_judges(arguments.judges, arguments.pattern, arguments.labels)
               if arguments.judges else None)
     entries, rows = score_file(arguments.table, judges, arguments.pattern, arguments.nulls)
@@ -80,7 +83,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def score_file(path: str | Path, judges: judging.Judges | None, pattern: str = PATTERN,
-               with_nulls: bool = False) -> tuple[list[nulls.Entry], list[nulls.Row]]:
+               with_nulls: bool = False) -> tuple[list[nulls.Entry], list[nulls.ScoreRow]]:
     """A table's entries, and its rows: those refused, results, systems, nulls.
 
     Raises ScoreError where no row can be scored.
@@ -97,8 +100,11 @@ def score_file(path: str | Path, judges: judging.Judges | None, pattern: str = P
 
 def read_lines(path: str | Path) -> list[dict[str, str]]:
     """The rows of a table of results, by the words of its header.   Raises ScoreError, OSError."""
-    rows = [(n, row) for n, row in enumerate(read_table(
-        path, f"the header {','.join(COLUMNS)}", score.ScoreError), start=1) if any(row)]
+    found = read_table(path, f"the header {','.join(COLUMNS)}", score.ScoreError)
+    if found and len(found[0]) == 1 and ";" in found[0][0]:
+        found = [[cell.strip() for cell in row] for row in csv.reader(
+            map(",".join, found), delimiter=";")]
+    rows = [(n, row) for n, row in enumerate(found, start=1) if any(row)]
     header = [name.lower() for name in rows[0][1]] if rows else []
     missing = [name for name in COLUMNS if name not in header]
     if missing:
@@ -113,7 +119,7 @@ def read_entries(lines: list[dict[str, str]], path: Path, judges: judging.Judges
                  pattern: str, done: Any = lambda: None
                  ) -> tuple[list[nulls.Entry], list[dict[str, Any]]]:
     """The motions of a table's rows, and the rows that cannot be scored, with the reason."""
-    known: dict[Path, score.Motion | str] = {}
+    known: dict[Path, score.Track | str] = {}
 
     def _motion(name):
         file = path.parent / name
@@ -138,8 +144,12 @@ def read_entries(lines: list[dict[str, str]], path: Path, judges: judging.Judges
         content, own = _label(facts["content"], motions["content"], judges, pattern)
         style = _label(facts["style"], motions["style"], judges, pattern)[1]
         labels = [line.get(name) or told for name, told in zip(OWN_LABELS, (content, style))]
+        lasts = [len(motions[name].positions) / FPS for name in ("result", "content")]
         strange = [f"{what} {label!r} is none that the judges know" for what, label in zip(
             ("content", "style"), labels) if judges and label not in judges.facts[f"{what}s"]]
+        if abs(lasts[0] - lasts[1]) > 0.1:
+            strange.append(f"the result lasts {lasts[0]:.2f} s, its content {lasts[1]:.2f}: what is "
+                           "compared at equal times is so over what both have")
         if strange:
             facts |= {"line": int(line["line"]), "reason": "; ".join(strange)}
         entries.append(nulls.Entry(motions["content"], motions["style"], motions["result"],
@@ -193,7 +203,7 @@ def plain(row: Mapping[str, Any]) -> dict[str, Any]:
             for key, value in row.items()}
 
 
-def print_systems(rows: list[nulls.Row], judges: judging.Judges | None) -> None:
+def print_systems(rows: list[nulls.ScoreRow], judges: judging.Judges | None) -> None:
     """A column a system, what its nulls must show, and rows that could not be scored."""
     if judges:
         facts = judges.facts

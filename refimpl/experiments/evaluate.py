@@ -19,7 +19,7 @@ from ..holden2016.own import Settings, optimise, pairs, stylised_features
 from .classifiers import Classifier, fit_classifier, frechet_distance, gram_vectors, joint_vectors
 from .holden import TableRow, bone_errors, own_jerk, with_root
 from .measures import content_distance, style_distance
-from .score import Motion, compare, read_motion, summary
+from .score import Track, compare, read_motion, summary
 from ..holden2017.trained import Manifold, Style
 from ..holden2017.transfer import project_features, stylise, transfer
 from ..motion.stylised import Stylised, onto_skeleton
@@ -111,13 +111,13 @@ def carry_out(take: Take, exemplars: Sequence[np.ndarray], style: Style,
                                      networks=networks), seconds
 
 
-def read_back(clip: Clip, path: str | Path) -> Motion:
+def read_back(clip: Clip, path: str | Path) -> Track:
     """Write a clip and read it again."""
     write_bvh(path, clip)
     return read_motion(path)
 
 
-def measure(result: Motion, content: Motion, exemplars: Sequence[np.ndarray], manifold: Manifold,
+def measure(result: Track, content: Track, exemplars: Sequence[np.ndarray], manifold: Manifold,
             classifiers: Mapping[str, Classifier]) -> TableRow:
     """What `score` says of a result that was read again, and what networks see of it.
 
@@ -128,7 +128,7 @@ def measure(result: Motion, content: Motion, exemplars: Sequence[np.ndarray], ma
             "content distance": content_distance(features, wanted, manifold)}
 
 
-def seen_by(manifold: Manifold, motion: Motion) -> np.ndarray:
+def seen_by(manifold: Manifold, motion: Track) -> np.ndarray:
     """A motion on the body that networks know.   ->  (T, 66)"""
     return features_on(motion.positions, manifold.body, motion.contacts)
 
@@ -139,7 +139,7 @@ def measure_real(clip: Labelled, leg: float, exemplars: Sequence[np.ndarray], ma
     content.   leg : of the clip's dataset
     """
     features = to_scale(clip.features, leg, manifold.leg)
-    motion = Motion(decode(features, Start()), clip.contacts, 0.0, clip.fps)
+    motion = Track(decode(features, Start()), clip.contacts, 0.0, clip.fps)
     own = {key: value for key, value in compare(motion, motion).items()
            if key.startswith(("slide", "jerk", "lowest", "largest")) and "of content" not in key}
     return {**_looks(features, exemplars, manifold, classifiers), **own}

@@ -17,9 +17,9 @@ from ..motion.features import POSITIONS, decode
 from ..motion.joints import BONES, JOINTS
 from .classifiers import (Classifier, fit_classifier, frechet_distance, joint_vectors,
                           sliding_windows)
-from .score import Motion, ScoreError
+from .score import Track, ScoreError
 
-COMPONENTS = 100
+PRINCIPAL = 100
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
@@ -62,13 +62,13 @@ class Judges:
     kept_back: tuple[Labelled, ...] = field(repr=False)
     facts: dict[str, Any]
 
-    def features(self, motion: Motion) -> np.ndarray:
+    def features(self, motion: Track) -> np.ndarray:
         """What the judges see of a motion.   ->  (T, 66)"""
         return features_on(motion.positions, self.body, motion.contacts)
 
-    def motion(self, clip: Labelled) -> Motion:
+    def motion(self, clip: Labelled) -> Track:
         """One of the labelled clips as a motion, on the judges' body."""
-        return Motion(decode(clip.features), clip.contacts, 0.0, clip.fps)
+        return Track(decode(clip.features), clip.contacts, 0.0, clip.fps)
 
     def told(self, features: np.ndarray) -> dict[str, str]:
         """Which style and content each judge sees.   (T, 66)  ->  {"style by joints": name, ...}"""
@@ -99,7 +99,7 @@ def fit_judges(dataset: Dataset, **facts: Any) -> Judges:
 
     def _fit(of, vectors):
         return fit_classifier([(c.features, *of(c)) for c in fitted], vectors,
-                              components=COMPONENTS)
+                              components=PRINCIPAL)
     style = {way: _fit(lambda c: (c.style, ""), see) for way, see in SEES.items()}
     content = ({way: _fit(lambda c: ("", c.content), see) for way, see in SEES.items()}
                if len(contents) > 1 else {})

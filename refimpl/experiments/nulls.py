@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from .judges import Judges, frechet
-from .score import Motion, compare, summary
+from .score import Track, compare, summary
 
-Row = dict[str, Any]
+ScoreRow = dict[str, Any]
 COPIED, EXEMPLAR, SHUFFLED, REAL = ("null: content copied", "null: exemplar copied",
                                     "null: shuffled pairs", "null: another real take")
 SEEN_AS_REAL, LOST, SLACK = 0.75, 0.5, 2.0       # shares, a correlation, standard errors
@@ -28,18 +28,18 @@ class Entry:
     facts : what is told of it beside its numbers
     """
 
-    content: Motion
-    exemplar: Motion
-    result: Motion
+    content: Track
+    exemplar: Track
+    result: Track
     system: str
     content_label: str
     style_label: str
     facts: Mapping[str, Any]
 
 
-def score_entry(entry: Entry, judges: Judges | None) -> tuple[Row, np.ndarray | None]:
+def score_entry(entry: Entry, judges: Judges | None) -> tuple[ScoreRow, np.ndarray | None]:
     """The numbers of a row, and where the judge of joints sees its windows."""
-    row: Row = {"row": "result", "system": entry.system, **entry.facts,
+    row: ScoreRow = {"row": "result", "system": entry.system, **entry.facts,
                 "style asked for": entry.style_label, "content asked for": entry.content_label,
                 "frames": len(entry.result.positions)}
     windows = None
@@ -59,7 +59,7 @@ def score_entry(entry: Entry, judges: Judges | None) -> tuple[Row, np.ndarray | 
 
 
 def score_table(entries: Sequence[Entry], judges: Judges | None, *, nulls: bool = False,
-                done: Callable[[], Any] = lambda: None) -> Iterator[Row]:
+                done: Callable[[], Any] = lambda: None) -> Iterator[ScoreRow]:
     """Rows of results, then of systems, then of the nulls.   done : called after each result"""
     scored = []
     for entry in entries:
@@ -76,12 +76,12 @@ def score_table(entries: Sequence[Entry], judges: Judges | None, *, nulls: bool 
                 yield row | _bound(name, row, made)
 
 
-def system_row(system: str, scored: Sequence[tuple[Row, Any]], judges: Judges | None) -> Row:
+def system_row(system: str, scored: Sequence[tuple[ScoreRow, Any]], judges: Judges | None) -> ScoreRow:
     """What is usual over the rows of a system (`score.summary`), and its Fréchet distance to the
     real clips of each style, on average."""
     numbers = summary([{k: v for k, v in row.items() if k not in ("Fréchet distance", "line")}
                        for row, _ in scored])
-    line: Row = {"row": "system", "system": system, "results": len(scored), **numbers}
+    line: ScoreRow = {"row": "system", "system": system, "results": len(scored), **numbers}
     if judges:
         by_style: dict[str, list] = {}
         for row, windows in scored:
@@ -95,7 +95,7 @@ def system_row(system: str, scored: Sequence[tuple[Row, Any]], judges: Judges | 
     return line
 
 
-def null_entries(entries: Sequence[Entry], rows: Sequence[Row],
+def null_entries(entries: Sequence[Entry], rows: Sequence[ScoreRow],
                  judges: Judges | None) -> Iterator[tuple[str, list[Entry]]]:
     """The entries of each null: of each pair of content and style once, shuffled for each system.
 

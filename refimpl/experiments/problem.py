@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from .. import nn
 from ..fast import networks
 from ..holden2017.objective import WEIGHTS
 from ..holden2017.pairing import TrainingSet, make_training_set, pair_contents
@@ -33,12 +34,12 @@ from ..motion.features import POSITIONS, TRANSLATION
 from ..motion.stylised import onto_skeleton
 from .holden import Ground, learn_manifold, learn_style
 from .measures import style_distance
-from .score import Motion
+from .score import Track
 
 SHARE = 0.6                      # of a take's frames
-ALIKE = {"dash": "run"}          # contents that tell the judges of another: a faster run
-GAIN, SMOOTH = 4.0, 0.5          # of a magnitude at most, either way; Hz of the Gaussian
-PLAIN, OWN_PACE, RAW = "2017", "2017, own pace", "2017, no clean-up"
+SAME_FOR_JUDGES = {"dash": "run"}          # contents that tell the judges of another: a faster run
+LARGEST_GAIN, SMOOTHED_BY = 4.0, 0.5      # of a magnitude, either way; Hz of the Gaussian
+AS_IT_IS, OWN_PACE, RAW = "2017", "2017, own pace", "2017, no clean-up"
 POSTURE, SPECTRA, OTHER_TAKE = "posture and speed moved", "spectra moved", "another real take"
 
 
@@ -90,8 +91,8 @@ def split(takes: Mapping[str, Take], labels: Mapping[str, tuple[str, str]], role
                         parts[part][name + tag] = make_take(replace(
                             take.clip, values=take.clip.values[rows]), name=name)
                         told[name + tag] = labels[name]
-            if content in ALIKE and re.search(roles.judge, name):
-                parts["judges"][name], told[name] = take, (ALIKE[content], style)
+            if content in SAME_FOR_JUDGES and re.search(roles.judge, name):
+                parts["judges"][name], told[name] = take, (SAME_FOR_JUDGES[content], style)
         elif re.search(roles.learn, name):
             parts["learn"][name] = parts["loss"][name] = take
         elif re.search(roles.judge, name):
@@ -144,12 +145,32 @@ def results(split: Split, styles: Mapping[int, Style], name: str
             exemplar = split.parts["exemplars"][shown[pairs[split.labels[content][0]]]]
             return onto_skeleton(take, there, way(there.features, seen(exemplar, body).features))
         for seed in styles:
-            yield content, PLAIN, f" {seed}", _by(seed)
+            yield content, AS_IT_IS, f" {seed}", _by(seed)
         first = next(iter(styles))
         yield content, OWN_PACE, "", _by(first, own_pace=True)
         yield content, RAW, "", _by(first, clean=False)
         yield content, POSTURE, "", lambda: _baseline(moved_posture).clip
         yield content, SPECTRA, "", lambda: _baseline(moved_spectra).clip
+
+
+def flow(features: np.ndarray, style: Style) -> tuple[list[tuple[str, np.ndarray, str]],
+                                                      list[tuple[str, np.ndarray]]]:
+    """What flows through T and then L, and by which filters: signals and filters of
+    `pictures.figures.networks`.   features : (T, 66)
+    """
+    manifold, p = style.manifold, style.params
+    X = [manifold.network_input(features)]
+    for layer in (1, 2, 3):
+        Z = nn.conv1d(X[-1], p[f"W{layer}"], p[f"b{layer}"])
+        X.append(nn.relu(Z) if layer < 3 else Z)
+    X += [networks.encode(X[3], manifold.params), networks.project(X[3], manifold.params)]
+    names = ("I", "layer 1", "layer 2", "T(I)", "L(T(I))", "P(T(I))")
+    signals = [(name, x[0], "#D55E00" if n < 4 else "#009E73")
+               for n, (name, x) in enumerate(zip(names, X))]
+    W = manifold.params["W0"]
+    decoder = manifold.params.get("V0", W.swapaxes(0, 1))
+    return signals, [*((f"W{layer}", p[f"W{layer}"]) for layer in (1, 2, 3)), ("W0, max-pooling",
+                     W), ("decoder", decoder)]
 
 
 def moved_posture(X: np.ndarray, S: np.ndarray) -> np.ndarray:
@@ -172,16 +193,16 @@ def moved_spectra(X: np.ndarray, S: np.ndarray) -> np.ndarray:
     count = 2 ** int(np.ceil(np.log2(max(len(X), len(S)))) + 1)
     means = [f[:, POSITIONS].mean(axis=0) for f in (X, S)]
     spectra = [np.fft.rfft(f[:, POSITIONS] - m, count, axis=0) for f, m in zip((X, S), means)]
-    smooth = SMOOTH * count / 60.0
+    smooth = SMOOTHED_BY * count / 60.0
     power = [gaussian_filter1d(np.abs(s) ** 2, smooth, axis=0) / len(f)
              for s, f in zip(spectra, (X, S))]
-    gain = np.sqrt((power[1] + 1e-9) / (power[0] + 1e-9)).clip(1 / GAIN, GAIN)
+    gain = np.sqrt((power[1] + 1e-9) / (power[0] + 1e-9)).clip(1 / LARGEST_GAIN, LARGEST_GAIN)
     O = X.copy()
     O[:, POSITIONS] = np.fft.irfft(gain * spectra[0], count, axis=0)[:len(X)] + means[1]
     return O
 
 
-def left(result: Motion, content: Motion, exemplars: Sequence[Motion],
+def left(result: Track, content: Track, exemplars: Sequence[Track],
          referee: Manifold) -> float:
     """Style distance to the exemplars by a loss network that nothing used, per frame, the
     content's own = 1.

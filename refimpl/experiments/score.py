@@ -45,7 +45,7 @@ class ScoreError(ValueError):
 
 
 @dataclass(frozen=True)
-class Motion:
+class Track:
     """A clip as it stands in its file, no row of it left out.
 
     positions : (T, 21, 3), 60 frames a second, y up;  contacts : (T, 4);  floor : its height
@@ -58,7 +58,7 @@ class Motion:
     fps: float
 
 
-def read_motion(path: str | Path) -> Motion:
+def read_motion(path: str | Path) -> Track:
     """A BVH file or points.   Raises ValueError (what `body.read_take` raises) or OSError."""
     motion = motion_of(read_take(path))
     if len(motion.positions) < SHORTEST_CLIP:
@@ -67,16 +67,16 @@ def read_motion(path: str | Path) -> Motion:
     return motion
 
 
-def motion_of(take: Take) -> Motion:
+def motion_of(take: Take) -> Track:
     """A take with every row of its clip, those that `motion.strays` leaves out too."""
     pose = resample(*local_pose(take.clip), take.clip.fps, FPS)
     positions = take.mapping.positions(*forward_kinematics(take.clip.parents, *pose))
     positions = positions @ take.upright.T
     floor, contacts = planted_feet(positions)
-    return Motion(positions, contacts, floor, take.clip.fps)
+    return Track(positions, contacts, floor, take.clip.fps)
 
 
-def compare(result: Motion, content: Motion) -> dict[str, float]:
+def compare(result: Track, content: Track) -> dict[str, float]:
     """What became of a content: see above.   ->  {what, with its unit: number}, nan where a clip is
     too short for it
     """

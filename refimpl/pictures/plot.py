@@ -298,7 +298,7 @@ class Picture(Figure):
         return file.getvalue()
 
 
-def new_figure(width, height):
+def new_figure(width: float, height: float) -> Figure:
     """An empty figure of so many inches, with no tie to a window."""
     figure = Picture(figsize=(width, height), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)

@@ -111,7 +111,8 @@ def test_a_copy_of_the_content_is_at_no_distance(world, both):
     clip = dataset.select(style="normal", content="walk", held_out=True)[0]
     motion = score.motion_of(takes[clip.name])
     own = evaluate.measure(motion, motion, [clip.features], manifold, both)
-    assert (own["bones off (share)"] == own["path error (legs)"] == own["content distance"] == 0
+    assert (max(own[key] for key in ("bones off (share)", "path error (legs)", "content distance"))
+            < 1e-9
             and own["style distance"] < 0.01 * evaluate.style_distance(
                 clip.features, [0 * clip.features], manifold))
 
