@@ -24,7 +24,7 @@ clean-up on clips kept out. It takes some two minutes for each loss network and 
 network of the usual width, on an hour of clips."""
 
 TABLES = ("projection", "readings", "path")
-MORE_TABLES = ("problem", "figures")                            # these write files
+MORE_TABLES = ("problem", "statements", "figures")                          # these write files
 _READINGS = (("groups", "mean_squares", 0.01), ("groups", "mean_squares", 0.0213),
              ("groups", "sum_squares", 0.01), ("groups", "norm", 0.06), ("groups", "norm", 0.01),
              ("2016", "mean_squares", 0.01), ("2016", "norm", 0.06))
@@ -92,6 +92,8 @@ def run(arguments: argparse.Namespace) -> None:
         if "problem" in chosen:
             found, more["judges"] = problem.problem_rows(arguments, split, referee, made)
             rows += found
+        if "statements" in chosen:
+            rows += problem.statement_rows(split, referee, made)
         if "figures" in chosen:
             problem.draw_figures(arguments, split, made)
     if arguments.json:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..experiments import nulls, problem
+from ..experiments import nulls, problem, statements
 from ..fast import networks
 from ..holden2016.own import Settings, stylised_features
 from ..holden2017.trained import Manifold, Style
@@ -91,7 +91,8 @@ def trained(arguments: argparse.Namespace, split: problem.Split, styles: list[st
 
 
 def problem_rows(arguments: argparse.Namespace, split: problem.Split, referee: Manifold,
-                 made: Mapping[str, Mapping[int, Style]]) -> tuple[list[nulls.ScoreRow], dict[str, Any]]:
+                 made: Mapping[str, Mapping[int, Style]]
+                 ) -> tuple[list[nulls.ScoreRow], dict[str, Any]]:
     """Write the results and their table, score it, and print what `score` prints.
 
     ->  rows of systems, and of systems by style; facts of the judges
@@ -154,6 +155,25 @@ def _write_results(split, out, files, made):
         csv.writer(text, lineterminator="\n").writerows(lines)
         file.write(text.getvalue())
     return out / "table.csv"
+
+
+def statement_rows(split: problem.Split, referee: Manifold,
+                   made: Mapping[str, Mapping[int, Style]]) -> list[dict[str, Any]]:
+    """What the paper says in passing, measured on the first seed's networks."""
+    styles = [by_seed[0] for by_seed in list(made.values())[:3]]
+    manifold = styles[0].manifold
+    contents = [seen(take, manifold.body).features for take in split.parts["contents"].values()]
+    rows = []
+    for name, found in (("basis", statements.sparse_or_not(split, manifold, referee)),
+                        ("reach", statements.reach(styles[0])),
+                        ("known later", statements.known_later(styles, contents[::3])),
+                        ("sum or average", statements.sum_or_average(split, manifold))):
+        print(f"\n{name}")
+        for row in found:
+            print(", ".join(f"{key} {value:.3g}" if isinstance(value, float) else f"{key} {value}"
+                            for key, value in row.items()))
+        rows += [{"table": "statements", "of": name, **row} for row in found]
+    return rows
 
 
 def draw_figures(arguments: argparse.Namespace, split: problem.Split,

@@ -94,8 +94,11 @@ def score_file(path: str | Path, judges: judging.Judges | None, pattern: str = P
                                     lambda: progress.step("read"))
     if not entries:
         raise score.ScoreError(f"{path}: found no row that can be scored: {refused[0]['reason']}")
-    return entries, refused + list(nulls.score_table(
-        entries, judges, nulls=with_nulls, done=lambda: progress.step("scored")))
+    rows = list(nulls.score_table(entries, judges, nulls=with_nulls,
+                                  done=lambda: progress.step("scored")))
+    for row in refused:                              # each where it stands in the table
+        rows.insert(lines.index(row.pop("as read")), row)
+    return entries, rows
 
 
 def read_lines(path: str | Path) -> list[dict[str, str]]:
@@ -139,7 +142,7 @@ def read_entries(lines: list[dict[str, str]], path: Path, judges: judging.Judges
         done()
         if wrong:
             refused.append({"row": "result", "system": line.get("system", ""), **facts,
-                            "line": int(line["line"]), "reason": wrong[0]})
+                            "line": int(line["line"]), "reason": wrong[0], "as read": line})
             continue
         content, own = _label(facts["content"], motions["content"], judges, pattern)
         style = _label(facts["style"], motions["style"], judges, pattern)[1]
@@ -148,8 +151,8 @@ def read_entries(lines: list[dict[str, str]], path: Path, judges: judging.Judges
         strange = [f"{what} {label!r} is none that the judges know" for what, label in zip(
             ("content", "style"), labels) if judges and label not in judges.facts[f"{what}s"]]
         if abs(lasts[0] - lasts[1]) > 0.1:
-            strange.append(f"the result lasts {lasts[0]:.2f} s, its content {lasts[1]:.2f}: what is "
-                           "compared at equal times is so over what both have")
+            strange.append(f"the result lasts {lasts[0]:.2f} s, its content {lasts[1]:.2f}: equal "
+                           "times are compared over what both have")
         if strange:
             facts |= {"line": int(line["line"]), "reason": "; ".join(strange)}
         entries.append(nulls.Entry(motions["content"], motions["style"], motions["result"],
@@ -163,7 +166,7 @@ def _label(name, motion, judges, pattern):
     named = labels_by_pattern([Path(name)], pattern)
     if named or not judges:
         return next(iter(named.values()), ("", ""))
-    told = judges.told(judges.features(motion))
+    told = judges.look(motion)[0]
     return told.get("content by joints", ""), told["style by joints"]
 
 

@@ -61,10 +61,14 @@ class Judges:
     fitted: tuple[Labelled, ...] = field(repr=False)
     kept_back: tuple[Labelled, ...] = field(repr=False)
     facts: dict[str, Any]
+    _looked: dict[int, tuple[Track, Any]] = field(default_factory=dict, repr=False)
 
-    def features(self, motion: Track) -> np.ndarray:
-        """What the judges see of a motion.   ->  (T, 66)"""
-        return features_on(motion.positions, self.body, motion.contacts)
+    def look(self, motion: Track) -> tuple[dict[str, str], np.ndarray]:
+        """What `told` and `windows` say of a motion; once for each, since nulls show it again."""
+        if id(motion) not in self._looked:
+            features = features_on(motion.positions, self.body, motion.contacts)
+            self._looked[id(motion)] = motion, (self.told(features), self.windows(features))
+        return self._looked[id(motion)][1]
 
     def motion(self, clip: Labelled) -> Track:
         """One of the labelled clips as a motion, on the judges' body."""

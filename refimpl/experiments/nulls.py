@@ -39,15 +39,15 @@ class Entry:
 
 def score_entry(entry: Entry, judges: Judges | None) -> tuple[ScoreRow, np.ndarray | None]:
     """The numbers of a row, and where the judge of joints sees its windows."""
-    row: ScoreRow = {"row": "result", "system": entry.system, **entry.facts,
-                "style asked for": entry.style_label, "content asked for": entry.content_label,
-                "frames": len(entry.result.positions)}
+    row: ScoreRow = {
+        "row": "result", "system": entry.system, **entry.facts,
+        "style asked for": entry.style_label, "content asked for": entry.content_label,
+        "frames": len(entry.result.positions)}
     windows = None
     if judges:
-        features = judges.features(entry.result)
-        windows = judges.windows(features)
+        said, windows = judges.look(entry.result)
         wanted = {"style": entry.style_label, "content": entry.content_label}
-        for name, told in judges.told(features).items():
+        for name, told in said.items():
             what = name.split()[0]
             row[f"{name}, told"] = told
             known = judges.facts[f"{what}s"]
@@ -76,7 +76,8 @@ def score_table(entries: Sequence[Entry], judges: Judges | None, *, nulls: bool 
                 yield row | _bound(name, row, made)
 
 
-def system_row(system: str, scored: Sequence[tuple[ScoreRow, Any]], judges: Judges | None) -> ScoreRow:
+def system_row(system: str, scored: Sequence[tuple[ScoreRow, Any]],
+               judges: Judges | None) -> ScoreRow:
     """What is usual over the rows of a system (`score.summary`), and its Fréchet distance to the
     real clips of each style, on average."""
     numbers = summary([{k: v for k, v in row.items() if k not in ("Fréchet distance", "line")}

@@ -22,11 +22,12 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from ..motion.body import Take, read_take
+from ..motion.body import Take, make_take, read_clip, read_take
 from ..motion.features import FPS, across, bone_lengths_by_frame, leg_length, root_path
 from ..motion.feet import jerk
 from ..motion.ground import planted_feet, resting_heights
 from ..motion.joints import BONES, FEET, JOINTS, SLOTS
+from ..motion.points import is_points
 from ..motion.rotation import yaw_rotation
 from ..motion.skeleton import forward_kinematics, local_pose, resample
 from .bodies import ACROSS, ENDS
@@ -60,7 +61,8 @@ class Track:
 
 def read_motion(path: str | Path) -> Track:
     """A BVH file or points.   Raises ValueError (what `body.read_take` raises) or OSError."""
-    motion = motion_of(read_take(path))
+    motion = motion_of(make_take(read_clip(path), {slot: slot for slot in SLOTS}, str(path))
+                       if is_points(path) else read_take(path))
     if len(motion.positions) < SHORTEST_CLIP:
         raise ScoreError(f"{path}: found {len(motion.positions)} frames at 60 a second, needed "
                          f"{SHORTEST_CLIP} and more")
