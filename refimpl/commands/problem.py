@@ -18,6 +18,7 @@ from ..holden2017.trained import Manifold, Style
 from ..holden2017.transfer import transfer
 from ..motion.body import Take, seen
 from ..motion.bvh import write_bvh
+from ..motion.dataset import features_on
 from ..motion.stylised import onto_skeleton
 from ..storage import atomic_write
 from ..styles.files import load_manifold, load_style, save_manifold, save_style
@@ -102,9 +103,15 @@ def problem_rows(arguments: argparse.Namespace, split: problem.Split, referee: M
     table = _write_results(split, out, files, made)
     judges = score.read_judges([str(out / "judges")])
     entries, scored = score.score_file(table, judges, with_nulls=True)
+    looked: dict[int, np.ndarray] = {}
+
+    def _look(motion):
+        if id(motion) not in looked:
+            looked[id(motion)] = features_on(motion.positions, referee.body, motion.contacts)
+        return looked[id(motion)]
     for row, entry in zip(scored, entries):
-        shown = [entry.exemplar]
-        row["style left (content = 1)"] = problem.left(entry.result, entry.content, shown, referee)
+        row["style left (content = 1)"] = problem.left(*map(_look, (
+            entry.result, entry.content, entry.exemplar)), referee)
     of_results = [row for row in scored if row["row"] == "result"]
     rows = [row for row in scored if row["row"] == "system"]
     for row in rows:

@@ -29,12 +29,11 @@ from ..holden2017.transfer import transfer
 from ..motion.body import Take, make_take, seen
 from ..motion.bvh import write_bvh
 from ..motion.clip import Clip
-from ..motion.dataset import Dataset, assemble, features_on
+from ..motion.dataset import Dataset, assemble
 from ..motion.features import POSITIONS, TRANSLATION
 from ..motion.stylised import onto_skeleton
 from .holden import Ground, learn_manifold, learn_style
 from .measures import style_distance
-from .score import Track
 
 SHARE = 0.6                      # of a take's frames
 SAME_FOR_JUDGES = {"dash": "run"}          # contents that tell the judges of another: a faster run
@@ -202,14 +201,12 @@ def moved_spectra(X: np.ndarray, S: np.ndarray) -> np.ndarray:
     return O
 
 
-def left(result: Track, content: Track, exemplars: Sequence[Track],
+def left(result: np.ndarray, content: np.ndarray, exemplar: np.ndarray,
          referee: Manifold) -> float:
-    """Style distance to the exemplars by a loss network that nothing used, per frame, the
-    content's own = 1.
+    """Style distance to an exemplar by a loss network that nothing used, per frame, the content's
+    own = 1.   result, content, exemplar : features (T, 66) on its body
     """
-    features, own, *shown = (features_on(m.positions, referee.body, m.contacts)
-                             for m in (result, content, *exemplars))
-    here, there = (style_distance(f, shown, referee) / len(f) for f in (features, own))
+    here, there = (style_distance(f, [exemplar], referee) / len(f) for f in (result, content))
     return here / there
 
 

@@ -36,6 +36,7 @@ LIMBS = [n for n, (_, slot) in enumerate(BONES) if not SLOTS[slot].endswith(("Up
 SHARES = np.linspace(0.0, 1.0, 101)
 LOW_FOOT, SLOW_FOOT = 0.03, 1.0   # legs above its rest and legs a second: a foot that should stand
 FARTHEST, ABOUT_THEN = 60, 12.0   # frames: of a lag, and about a frame that is looked at
+RELUCTANCE = 0.2                 # of correlation, to believe in a lag of a second
 SHORTEST_CLIP = 4                 # frames at 60 a second, of which a jerk can be told
 PATH_MET = 0.05, 0.1              # of the way, and legs: how far a path may lie
 RESAMPLES = 400
@@ -167,7 +168,7 @@ def lags(here: np.ndarray, there: np.ndarray) -> np.ndarray:
             both, own, other = (gaussian_filter1d(np.sum(p * q, axis=1), ABOUT_THEN,
                                                   mode="nearest")
                                 for p, q in ((x, y), (x, x), (y, y)))
-            row[when] = both / np.sqrt(np.maximum(own * other, 1e-12)) - 0.05 * abs(lag) / FPS
+            row[when] = both / np.sqrt(np.maximum(own * other, 1e-12)) - RELUCTANCE * abs(lag) / FPS
     return np.array(tried)[found.argmax(axis=0)]
 
 
