@@ -24,7 +24,7 @@ clean-up on clips kept out. It takes some two minutes for each loss network and 
 network of the usual width, on an hour of clips."""
 
 TABLES = ("projection", "readings", "path")
-MORE_TABLES = ("problem", "statements", "figures")                          # these write files
+MORE_TABLES = ("problem", "statements", "body", "figures", "gestures")
 _READINGS = (("groups", "mean_squares", 0.01), ("groups", "mean_squares", 0.0213),
              ("groups", "sum_squares", 0.01), ("groups", "norm", 0.06), ("groups", "norm", 0.01),
              ("2016", "mean_squares", 0.01), ("2016", "norm", 0.06))
@@ -79,23 +79,15 @@ def run(arguments: argparse.Namespace) -> None:
     if unknown:
         raise ValueError(f"--tables: found {unknown[0]!r}, needed some of "
                          f"{', '.join(TABLES + MORE_TABLES)}")
-    rows, more = [], {}
+    rows: list[dict[str, Any]] = []
+    more: dict[str, Any] = {}
     if set(chosen) & set(TABLES):
         ground, _, styles = read_ground(arguments)
         rows = [row for rows in _tables(arguments, ground, styles, chosen) for row in rows]
     if set(chosen) & set(MORE_TABLES):
         takes, labels = _folder(arguments) if arguments.folder else _embedded()
-        styles = _styles(arguments)
-        split = problem.shared_out(arguments, takes, labels, styles)
-        referee, made = problem.trained(arguments, split, styles)
-        more["split"] = split.names()
-        if "problem" in chosen:
-            found, more["judges"] = problem.problem_rows(arguments, split, referee, made)
-            rows += found
-        if "statements" in chosen:
-            rows += problem.statement_rows(split, referee, made)
-        if "figures" in chosen:
-            problem.draw_figures(arguments, split, made)
+        found, more = problem.more_tables(arguments, chosen, takes, labels, _styles(arguments))
+        rows += found
     if arguments.json:
         settings = {key: value for key, value in vars(arguments).items() if key != "run"}
         write_report(arguments.json, "experiment holden", settings, rows, **more)

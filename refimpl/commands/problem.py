@@ -3,7 +3,7 @@ figures.
 """
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 import csv
 import io
 from pathlib import Path
@@ -11,14 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from ..experiments import nulls, problem, statements
+from ..experiments import nulls, other_uses, problem, statements
 from ..fast import networks
 from ..holden2016.own import Settings, stylised_features
+from ..holden2017.objective import WEIGHTS
 from ..holden2017.trained import Manifold, Style
 from ..holden2017.transfer import transfer
 from ..motion.body import Take, seen
 from ..motion.bvh import write_bvh
-from ..motion.dataset import features_on
+from ..motion.dataset import assemble, features_on
 from ..motion.stylised import onto_skeleton
 from ..storage import atomic_write
 from ..styles.files import load_manifold, load_style, save_manifold, save_style
@@ -39,10 +40,36 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--others", metavar="REGEX", type=pattern, default="1_walk_.*_002$",
                          help="problem: other takes of the styles, for the judges and as the level "
                               "to reach (default: %(default)s)")
+    command.add_argument("--steps", metavar="N,N", default="600,4000",
+                         help="gestures: steps of training (default: %(default)s)")
     command.add_argument("--out", metavar="DIR", type=OutputFolder,
                          default=OutputFolder("refimpl-holden"),
                          help="problem, figures: networks, results and figures go there, and what "
                               "is there already is used (default: %(default)s)")
+
+
+def more_tables(arguments: argparse.Namespace, chosen: Sequence[str], takes: Mapping[str, Take],
+                labels: Mapping[str, tuple[str, str]], styles: list[str]
+                ) -> tuple[list[nulls.ScoreRow], dict[str, Any]]:
+    """The tables that are asked for.   ->  rows; what else to tell"""
+    rows: list[nulls.ScoreRow] = []
+    more: dict[str, Any] = {}
+    if "gestures" in chosen:
+        rows += gesture_rows(arguments, takes, labels, styles[0])
+    if {"problem", "statements", "body", "figures"} & set(chosen):
+        split = shared_out(arguments, takes, labels, styles)
+        referee, made = trained(arguments, split, styles)
+        more["split"] = split.names()
+        if "problem" in chosen:
+            found, more["judges"] = problem_rows(arguments, split, referee, made)
+            rows += found
+        if "statements" in chosen:
+            rows += statement_rows(split, referee, made)
+        if "body" in chosen:
+            rows += body_rows(arguments, split, made)
+        if "figures" in chosen:
+            draw_figures(arguments, split, made)
+    return rows, more
 
 
 def shared_out(arguments: argparse.Namespace, takes: Mapping[str, Take],
@@ -110,8 +137,8 @@ def problem_rows(arguments: argparse.Namespace, split: problem.Split, referee: M
             looked[id(motion)] = features_on(motion.positions, referee.body, motion.contacts)
         return looked[id(motion)]
     for row, entry in zip(scored, entries):
-        row["style left (content = 1)"] = problem.left(*map(_look, (
-            entry.result, entry.content, entry.exemplar)), referee)
+        row["style left (content = 1)"] = problem.left(
+            _look(entry.result), _look(entry.content), _look(entry.exemplar), referee)
     of_results = [row for row in scored if row["row"] == "result"]
     rows = [row for row in scored if row["row"] == "system"]
     for row in rows:
@@ -164,6 +191,37 @@ def _write_results(split, out, files, made):
     return out / "table.csv"
 
 
+def gesture_rows(arguments: argparse.Namespace, takes: Mapping[str, Take],
+                 labels: Mapping[str, tuple[str, str]], style: str) -> list[dict[str, Any]]:
+    """A style of the clips that are not locomotion, by few and by many steps, and with no style."""
+    steps = [int(word) for word in arguments.steps.split(",")]
+    ways = [*((WEIGHTS["mean_squares"].style, n) for n in steps), (0.0, steps[-1])]
+    rows = list(other_uses.gestures(
+        assemble(takes.items(), dict(labels), "gestures", 0.0), style, arguments.contents, ways,
+        hidden=arguments.hidden, epochs=arguments.loss_epochs, channels=arguments.channels))
+    _say("gestures", rows)
+    return [{"table": "gestures", **row} for row in rows]
+
+
+def body_rows(arguments: argparse.Namespace, split: problem.Split,
+              made: Mapping[str, Mapping[int, Style]]) -> list[dict[str, Any]]:
+    """Another body from one clip, on the first seed's loss network."""
+    manifold = next(iter(made.values()))[0].manifold
+    take = next(take for name, take in split.parts["learn"].items()
+                if split.labels[name][1] == arguments.contents)
+    rows = other_uses.another_body(split, manifold, take, channels=arguments.channels,
+                                   epochs=arguments.epochs)
+    _say("another body", rows)
+    return [{"table": "body", **row} for row in rows]
+
+
+def _say(name, rows):
+    print(f"\n{name}")
+    for row in rows:
+        print(", ".join(f"{key} {value:.3g}" if isinstance(value, float) else f"{key} {value}"
+                        for key, value in row.items()))
+
+
 def statement_rows(split: problem.Split, referee: Manifold,
                    made: Mapping[str, Mapping[int, Style]]) -> list[dict[str, Any]]:
     """What the paper says in passing, measured on the first seed's networks."""
@@ -175,10 +233,7 @@ def statement_rows(split: problem.Split, referee: Manifold,
                         ("reach", statements.reach(styles[0])),
                         ("known later", statements.known_later(styles, contents[::3])),
                         ("sum or average", statements.sum_or_average(split, manifold))):
-        print(f"\n{name}")
-        for row in found:
-            print(", ".join(f"{key} {value:.3g}" if isinstance(value, float) else f"{key} {value}"
-                            for key, value in row.items()))
+        _say(name, found)
         rows += [{"table": "statements", "of": name, **row} for row in found]
     return rows
 
