@@ -58,7 +58,7 @@ def all_tables(report):
     """{name: lines}"""
     found = {"systems": systems(report), "bounds": bounds(report),
              "styles": styles(report, "2017, no clean-up")}
-    for of in ("basis", "reach", "known later", "sum or average"):
+    for of in dict.fromkeys(row["of"] for row in report["rows"] if row["table"] == "statements"):
         found[of] = other(report, "statements", of)
     for table in ("body", "gestures"):
         if any(row["table"] == table for row in report["rows"]):
