@@ -22,8 +22,8 @@ from ..motion.ground import resting_heights
 from ..motion.joints import SLOT
 from ..storage import atomic_write
 
-# By Okabe and Ito, told apart by the colour-blind too.
-COLOURS = {"style": "#D55E00", "content": "#009E73", "result": "#0072B2"}
+COLOURS = dict(zip(("style", "content", "result", "2016", "2017"),      # after Okabe and Ito
+                   ("#D55E00", "#009E73", "#0072B2", "#E69F00", "#0072B2")))
 _OTHERS = ("#CC79A7", "#E69F00", "#56B4E9", "#444444", "#0072B2", "#009E73", "#D55E00")
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 # Azimuth and elevation of the camera in degrees, see `seen_from`.
@@ -82,7 +82,7 @@ def checked_motions(motions: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def colours(labels: Collection[str]) -> dict[str, str]:
-    """A colour for each label: style, content and result have their own, others take what is left.
+    """A colour for each label: those in `COLOURS` have their own, others take what is left.
 
     >>> colours(["content", "mine"])
     {'content': '#009E73', 'mine': '#CC79A7'}
@@ -282,7 +282,7 @@ def curves(records: Iterable[Mapping[str, Any]], keys: str | Iterable[str],
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure as PNG, whole or not at all; the same figure makes the same bytes."""
+    """Write a PNG, whole or not at all; the same figure makes the same bytes."""
     with atomic_write(path, "wb") as file:
         figure.savefig(file, format="png", dpi=DPI, metadata={"Software": None})
 
