@@ -12,6 +12,7 @@ from ..experiments import judges as judging, nulls, score
 from ..motion.body import read_take
 from ..motion.dataset import Dataset, assemble, load_dataset
 from ..motion.features import FPS
+from ..motion.points import is_points
 from ..motion.labels import PATTERN, find_clips, labels_by_pattern, labels_from_file
 from ..storage import read_table
 from .options import InputPath, OutputPath, check_ending, pattern, write_report
@@ -122,21 +123,24 @@ def read_entries(lines: list[dict[str, str]], path: Path, judges: judging.Judges
                  pattern: str, done: Any = lambda: None
                  ) -> tuple[list[nulls.Entry], list[dict[str, Any]]]:
     """The motions of a table's rows, and the rows that cannot be scored, with the reason."""
-    known: dict[Path, score.Track | str] = {}
+    known: dict[Any, score.Track | str] = {}
 
-    def _motion(name):
+    def _motion(name, beside=None):
         file = path.parent / name
-        if file not in known:
+        key = (file, id(beside)) if beside and is_points(file) else file
+        if key not in known:
             try:
-                known[file] = score.read_motion(file)
+                known[key] = score.read_motion(file, beside)
             except (ValueError, OSError) as error:
-                known[file] = " ".join(str(error).split())
-        return known[file]
+                known[key] = " ".join(str(error).split())
+        return known[key]
     entries, refused = [], []
     for line in lines:
         facts: dict[str, Any] = {name: line.get(name, "") for name in COLUMNS}
         empty = [name for name in COLUMNS if not facts[name]]
-        motions = {} if empty else {name: _motion(facts[name]) for name in COLUMNS}
+        motions = {} if empty else {name: _motion(facts[name]) for name in COLUMNS[:2]}
+        if isinstance(motions.get("content"), score.Track):
+            motions["result"] = _motion(facts["result"], motions["content"])
         wrong = ([f"found nothing for {empty[0]}, needed a file"] if empty else
                  [m for m in motions.values() if isinstance(m, str)])
         done()

@@ -15,7 +15,7 @@ What R looks like is said by judges that see no network (`judges`). Lengths are 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -60,10 +60,17 @@ class Track:
     fps: float
 
 
-def read_motion(path: str | Path) -> Track:
-    """A BVH file or points.   Raises ValueError (what `body.read_take` raises) or OSError."""
-    motion = motion_of(make_take(read_clip(path), {slot: slot for slot in SLOTS}, str(path))
-                       if is_points(path) else read_take(path))
+def read_motion(path: str | Path, beside: Track | None = None) -> Track:
+    """A BVH file or points.   beside : a content, whose rate points have that have as many rows
+    Raises ValueError (what `body.read_take` raises) or OSError.
+    """
+    if is_points(path):
+        clip = read_clip(path)
+        if beside and round((len(beside.positions) - 1) * beside.fps / FPS) + 1 == clip.frames:
+            clip = replace(clip, frame_time=1 / beside.fps)
+        motion = motion_of(make_take(clip, {slot: slot for slot in SLOTS}, str(path)))
+    else:
+        motion = motion_of(read_take(path))
     if len(motion.positions) < SHORTEST_CLIP:
         raise ScoreError(f"{path}: found {len(motion.positions)} frames at 60 a second, needed "
                          f"{SHORTEST_CLIP} and more")

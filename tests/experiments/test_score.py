@@ -222,3 +222,12 @@ def test_a_row_that_cannot_be_scored_says_why(folder, capsys):
     assert "gone.bvh" in rows[0]["reason"] and "none that the judges know" in rows[1]["reason"]
     assert rows[1]["style seen by joints"] is None and rows[2]["style seen by joints"] is True
     assert "line 2:" in capsys.readouterr().out
+
+
+def test_points_have_the_rate_of_a_content_with_as_many_rows(tmp_path):
+    np.save(tmp_path / "thin.npy", CONTENT.positions[::2])
+    slow = replace(CONTENT, fps=30.0)
+    found = score.compare(score.read_motion(tmp_path / "thin.npy", slow), slow)
+    assert found["timing off (s)"] < 0.01 and abs(found["duration off (s)"]) <= 1 / 60
+    alone = score.compare(score.read_motion(tmp_path / "thin.npy"), slow)
+    assert alone["duration off (s)"] < -1
