@@ -66,7 +66,7 @@ def read_motion(path: str | Path, beside: Track | None = None) -> Track:
     """
     if is_points(path):
         clip = read_clip(path)
-        if beside and round((len(beside.positions) - 1) * beside.fps / FPS) + 1 == clip.frames:
+        if beside and abs((len(beside.positions) - 1) * beside.fps / FPS + 1 - clip.frames) < 1:
             clip = replace(clip, frame_time=1 / beside.fps)
         motion = motion_of(make_take(clip, {slot: slot for slot in SLOTS}, str(path)))
     else:
