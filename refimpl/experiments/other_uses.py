@@ -29,7 +29,7 @@ REACHING = [SLOT[name] for name in ("Head", "LeftHand", "RightHand")]
 _OTHER_SIDE = [SLOTS.index(name.replace("Left", "*").replace("Right", "Left").replace("*", "Right"))
                for name in SLOTS]
 FASTER = 1.25
-BODY = "long arms"
+BODY, CHANGED = "long arms", 0.1          # of a bone's length, beyond which it counts
 
 
 def mirrored(features: np.ndarray) -> np.ndarray:
@@ -117,8 +117,8 @@ def _reaching(features):
 def another_body(split: Split, manifold: Manifold, take: Take, *, channels: int,
                  epochs: int) -> list[dict[str, Any]]:
     """One clip of a body with longer arms as the exemplar of equation 5, once with the content's
-    bones in equation 8 and once with the exemplar's: how much of the change of the forearms and
-    upper arms arrives in T(I), how much others change that should not, and what is left of the
+    bones in equation 8 and once with the exemplar's: how much of the change of the bones
+    that are longer arrives in T(I), how much others change that should not, and what is left of the
     distance of Gram matrices.
     """
     other = make_take(proportioned(take, BODIES[BODY]))
@@ -129,8 +129,8 @@ def another_body(split: Split, manifold: Manifold, take: Take, *, channels: int,
     H = networks.encode(manifold.network_input(E), manifold.params)[0]
     gram = H @ H.T * (plain.X.shape[2] // 2 / H.shape[1])
     lesson = replace(plain, grams={content: gram for content in plain.grams})
-    arms = [n for n, (_, slot) in enumerate(BONES)
-            if SLOTS[slot].endswith(("ForeArm", "Hand"))]
+    arms = np.flatnonzero(np.abs(lengths / manifold.bones - 1) > CHANGED)
+    others = np.setdiff1d(np.arange(len(BONES)), arms)
     rows = []
     for what, bones in (("the content's", manifold.bones), ("the exemplar's", lengths)):
         made = learn_style(replace(lesson, bones=bones), manifold, BODY,
@@ -141,8 +141,7 @@ def another_body(split: Split, manifold: Manifold, take: Take, *, channels: int,
             O = stylise(X, made, projected=False, networks=networks)
             now, before = (bone_lengths(decode(f, Start())) for f in (O, X))
             arrived.append(np.mean((now - before)[arms] / (lengths - before)[arms]))
-            spoilt.append(np.abs(now / before - 1)[[n for n in range(len(BONES))
-                                                    if n not in arms]].mean())
+            spoilt.append(np.abs(now / before - 1)[others].mean())
             left.append(style_distance(O, [E], manifold) / style_distance(X, [E], manifold))
         rows.append({"body": BODY, "bones of equation 8": what,
                      "arms' change arrived (share)": float(np.median(arrived)),
