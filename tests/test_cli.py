@@ -355,7 +355,7 @@ def test_evaluate_from_clips_to_report(tmp_path, capsys):
             and "2016, as coded" in told["table_1"][0])
     assert ("judges fitted on 2 clips" in said and "Table 1, seconds" in said
             and "projection (figure 2)" in said)
-    assert (all(line["bone error"] < 1e-6 for line in report["summary"][:6])
+    assert (all(line["bones off (share)"] < 1e-6 for line in report["summary"][:6])
             and (tmp_path / "out" / "strip_zombie.png").stat().st_size > 10000)
     assert set(report["judges"]) == {"walk_normal_002", "walk_zombie_002"}
     assert (main(["evaluate", str(clips), motions, style, style, "--out", out]) == 2

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from ..experiments import evaluate
+from ..experiments.score import motion_of
 from ..holden2016 import bridge
 from ..styles.files import load_style
 from ..motion.dataset import find_clips, load_dataset, read_piece
 from ..motion.features import Start, decode
-from ..motion.body import seen, to_scale
+from ..motion.body import to_scale
 from ..motion.labels import piece_named
-from .bodies import COLUMNS
 from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole,
                       write_json, write_report)
 from .progress import Progress, table
@@ -28,11 +28,12 @@ _STYLE_COLUMNS = (
     ("content by gram", "{:.1%}"), ("content by joints", "{:.1%}"),
     ("style distance left", "{:.1%}"), ("content distance", "{:.1f}"),
     ("Fréchet distance", "{:.1f}"))
-_BODY_COLUMNS = (("system", "{}"), *COLUMNS, ("acceleration p99.9", "{:.0f}"),
-                 ("acceleration p99.9 of content", "{:.0f}"))
 _FEET_COLUMNS = (
-    ("system", "{}"), ("skate", "{:.2f}"), ("sinks", "{:.2f}"), ("sinks at most", "{:.2f}"),
-    ("bone error", "{:.1e}"), ("path error", "{:.1f}"), ("jerk / real", "{:.2f}"),
+    ("system", "{}"), ("slide (legs/s)", "{:.2f}"), ("lowest foot (legs)", "{:+.3f}"),
+    ("bones off (share)", "{:.1e}"), ("hips width off (share)", "{:.1e}"),
+    ("path error (legs)", "{:.2f}"), ("path met", "{:.0%}"), ("timing off (s)", "{:.2f}"),
+    ("movement kept (correlation)", "{:.2f}"), ("jerk / real", "{:.2f}"),
+    ("largest acceleration (legs/s^2)", "{:.0f}"), ("ends off (ratio)", "{:.1f}"),
     ("frames/s", "{:,.0f}"))
 
 
@@ -94,13 +95,9 @@ def run(arguments: argparse.Namespace) -> None:
                                        paths, progress, network):
             rows.append(row)
             windows.setdefault((row["style"], row["system"]), []).append(points)
-    distances = evaluate.frechet_distances(windows, reference)
-    lines = evaluate.summarise_systems(rows, distances)
-    by_style = {
-        style.name: evaluate.summarise_systems(
-            [r for r in rows if r["style"] == style.name],
-            {k: d for k, d in distances.items() if k[0] == style.name})
-        for style in styles}
+    lines = evaluate.summarise_systems(rows, windows, reference)
+    by_style = {style.name: evaluate.summarise_systems(
+        [r for r in rows if r["style"] == style.name], windows, reference) for style in styles}
     first = contents[styles[0].name][0]
     speed = evaluate.timings(to_scale(first.features, dataset.leg, manifold.leg), first.contacts,
                              evaluate.exemplars_of(dataset, styles[0], first.content), styles[0],
@@ -116,8 +113,7 @@ def run(arguments: argparse.Namespace) -> None:
         every = [("all", lines), *by_style.items()]
         write_report(arguments.json, "evaluate", told,
                      [{"style": name, **line} for name, own in every for line in own],
-                     table_1=speed, units={"skate": "cm/s", "sinks": "cm", "path error": "cm",
-                                           "seconds": "of the mathematics alone"})
+                     table_1=speed, units={"seconds": "of the mathematics alone"})
     print(f"{arguments.out}: report.json, strip_STYLE.png and the written clips")
 
 
@@ -160,26 +156,24 @@ def _style_rows(dataset, style, contents, classifiers, arguments, paths, progres
     """
     manifold, drawn = style.manifold, False
 
-    def _row(system, clip, measured, features):
-        return ({"style": style.name, "system": system, "content": clip.content, "clip": clip.name,
-                 **measured}, classifiers["joints"].embed(features))
+    def _row(system, clip, motion, content, exemplars, **more):
+        row = {"style": style.name, "system": system, "content": clip.content, "clip": clip.name}
+        return ({**row, **evaluate.measure(motion, content, exemplars, manifold, classifiers),
+                 **more}, classifiers["joints"].embed(evaluate.seen_by(manifold, motion)))
     for clip in contents:
         piece = piece_named(clip.name, paths)
         assert piece is not None                                 # `_contents` has looked
         take = read_piece(piece)
-        exemplars = evaluate.exemplars_of(dataset, style, clip.content)
+        content, exemplars = motion_of(take), evaluate.exemplars_of(dataset, style, clip.content)
         motions = {"style": decode(exemplars[0], Start()), "content": take.positions}
-        yield _row("content", clip, evaluate.measure(take, take, exemplars, manifold, classifiers),
-                   seen(take, manifold.body).features)
+        yield _row("content", clip, content, content, exemplars)
         for system, result, seconds in evaluate.carry_out(take, exemplars, style, network=network):
             label = "_".join(re.findall(r"\w+", system))
             short = re.sub(r"[\[\]:]+", "_", Path(clip.name).name).strip("_")
             again = evaluate.read_back(
                 result.clip, arguments.out / f"{style.name}_{short}_{label}.bvh")
-            measured = evaluate.measure(again, take, exemplars, manifold, classifiers)
             motions[system] = again.positions
-            yield _row(system, clip, {**measured, "seconds": seconds},
-                       seen(again, manifold.body).features)
+            yield _row(system, clip, again, content, exemplars, seconds=seconds)
         progress.step(f"{style.name}, {clip.name}")
         if not drawn:
             drawn = True
@@ -188,7 +182,10 @@ def _style_rows(dataset, style, contents, classifiers, arguments, paths, progres
         if clip.content in style.contents and clip.content in {c.content for c in contents}:
             exemplars = evaluate.exemplars_of(dataset, style, clip.content)
             measured = evaluate.measure_real(clip, dataset.leg, exemplars, manifold, classifiers)
-            yield _row("real", clip, measured, to_scale(clip.features, dataset.leg, manifold.leg))
+            row = {"style": style.name, "system": "real", "content": clip.content,
+                   "clip": clip.name}
+            yield {**row, **measured}, classifiers["joints"].embed(
+                to_scale(clip.features, dataset.leg, manifold.leg))
 
 
 def _strip(path, motions, name):
@@ -204,8 +201,7 @@ def _strip(path, motions, name):
 
 def _print(lines, by_style, speed, effect):
     for columns, title in ((_STYLE_COLUMNS, "style and content, all styles"),
-                           (_FEET_COLUMNS, "feet, bones, path, all styles (cm, cm/s)"),
-                           (_BODY_COLUMNS, "bodies, all styles (legs, legs/s, legs/s^2, degrees)")):
+                           (_FEET_COLUMNS, "beside the content, all styles")):
         print("\n" + title)
         _table(columns, lines)
     print("\neach style")
@@ -222,6 +218,6 @@ def _print(lines, by_style, speed, effect):
 
 
 def _table(columns, lines):
-    cells = [["" if line[name] != line[name] else form.format(line[name]) for name, form in columns]
-             for line in lines]
+    cells = [["" if line.get(name, np.nan) != line.get(name, np.nan) else form.format(line[name])
+              for name, form in columns] for line in lines]
     print("\n".join(table([[name for name, _ in columns], *cells])))

@@ -14,6 +14,7 @@ from ..holden2017.objective import WEIGHTS
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
 from ..embedded.walkers import make_database
 from ..motion.body import Take, make_take, read_take
+from . import problem
 from .options import InputFolder, OutputPath, pattern, whole, write_report
 from .progress import Progress, table
 
@@ -23,6 +24,7 @@ clean-up on clips kept out. It takes some two minutes for each loss network and 
 network of the usual width, on an hour of clips."""
 
 TABLES = ("projection", "readings", "path")
+MORE_TABLES = ("problem", "statements", "body", "figures", "gestures")
 _READINGS = (("groups", "mean_squares", 0.01), ("groups", "mean_squares", 0.0213),
              ("groups", "sum_squares", 0.01), ("groups", "norm", 0.06), ("groups", "norm", 0.01),
              ("2016", "mean_squares", 0.01), ("2016", "norm", 0.06))
@@ -41,7 +43,8 @@ def add_command(papers: Any) -> None:
         "holden", description=DESCRIPTION,
         help="the recipe of Holden 2017 measured: projection, readings of the bars, style and path")
     command.add_argument("--tables", metavar="A,B", default=",".join(TABLES),
-                         help="(default: %(default)s)")
+                         help=f"also {', '.join(MORE_TABLES)} (default: %(default)s)")
+    problem.add_options(command)
     add_options(command, {"seeds": 1, "hidden": 256, "channels": 128, "loss-epochs": 80,
                           "epochs": 100})
     command.set_defaults(run=run)
@@ -72,14 +75,22 @@ def add_options(command: argparse.ArgumentParser, counts: dict[str, int]) -> Non
 def run(arguments: argparse.Namespace) -> None:
     """Print the tables asked for. A ValueError says which clips or tables are lacking."""
     chosen = arguments.tables.split(",")
-    unknown = sorted(set(chosen) - set(TABLES))
+    unknown = sorted(set(chosen) - {*TABLES, *MORE_TABLES})
     if unknown:
-        raise ValueError(f"--tables: found {unknown[0]!r}, needed some of {', '.join(TABLES)}")
-    ground, _, styles = read_ground(arguments)
-    rows = [row for rows in _tables(arguments, ground, styles, chosen) for row in rows]
+        raise ValueError(f"--tables: found {unknown[0]!r}, needed some of "
+                         f"{', '.join(TABLES + MORE_TABLES)}")
+    rows: list[dict[str, Any]] = []
+    more: dict[str, Any] = {}
+    if set(chosen) & set(TABLES):
+        ground, _, styles = read_ground(arguments)
+        rows = [row for rows in _tables(arguments, ground, styles, chosen) for row in rows]
+    if set(chosen) & set(MORE_TABLES):
+        takes, labels = _folder(arguments) if arguments.folder else _embedded()
+        found, more = problem.more_tables(arguments, chosen, takes, labels, _styles(arguments))
+        rows += found
     if arguments.json:
         settings = {key: value for key, value in vars(arguments).items() if key != "run"}
-        write_report(arguments.json, "experiment holden", settings, rows)
+        write_report(arguments.json, "experiment holden", settings, rows, **more)
 
 
 def _tables(arguments, ground, styles, chosen):
@@ -148,19 +159,28 @@ def read_ground(arguments: argparse.Namespace) -> tuple[holden.Ground, dict[str,
                                kept_out=arguments.kept_out, learn=arguments.learn,
                                classify=arguments.judge)
     else:
-        motions = make_database(seconds_per_clip=4.5, people=7, styles=("normal", "old", "zombie"))
-        takes = {m.name: make_take(m.clip, name=m.name) for m in motions}
-        ground = holden.ground(takes, {m.name: (m.content, m.style) for m in motions},
-                               "embedded motion", kept_out="_00[56]$", learn="_00[0-2]$",
-                               classify="_00[34]$")
-    usual = "elderly,youthful" if arguments.folder else "old"
-    styles = (arguments.styles or usual).split(",")
+        takes, labels = _embedded()
+        ground = holden.ground(takes, labels, "embedded motion", kept_out="_00[56]$",
+                               learn="_00[0-2]$", classify="_00[34]$")
+    styles = _styles(arguments)
     for name in [arguments.contents, *styles]:
         if not ground.kept_out(name):
             raise ValueError(f"{arguments.folder or 'embedded motion'}: found no clip of style "
                              f"{name!r} to measure on, needed some; the styles are "
                              f"{', '.join(ground.dataset.styles)}")
     return ground, takes, styles
+
+
+def _styles(arguments):
+    usual = "elderly,youthful" if arguments.folder else "old"
+    return (arguments.styles or usual).split(",")
+
+
+def _embedded():
+    """->  {name: Take}, {name: (content, style)}"""
+    motions = make_database(seconds_per_clip=4.5, people=7, styles=("normal", "old", "zombie"))
+    return ({m.name: make_take(m.clip, name=m.name) for m in motions},
+            {m.name: (m.content, m.style) for m in motions})
 
 
 def _folder(arguments):

@@ -2,6 +2,8 @@
 
 - `holden`: the recipe of training.   `evaluate`: both systems beside real motion, Table 1.
 - `code_2016`: the 2016 code with one statement changed.   `torresani`: section 8 of the 2006 paper.
+- `score`, `judges`, `nulls`: results of anybody, from files alone.   `problem`: the paper's own.
+  `statements`, `other_uses`: what the paper says in passing, and what it looks ahead to.
 - `classifiers`, `measures`: who says what a motion looks like, and how far it is from a style.
 - `speed`: how fast, compared with what.
   `peer_torch`, `peer_onnx`: the same in PyTorch and ONNX Runtime, imported by `bench` alone.

@@ -16,24 +16,23 @@ import numpy as np
 from ..fast import networks
 from ..holden2016 import bridge, rows, search
 from ..holden2016.own import Settings, optimise, pairs, stylised_features
-from .bodies import body_numbers
 from .classifiers import Classifier, fit_classifier, frechet_distance, gram_vectors, joint_vectors
 from .holden import TableRow, bone_errors, own_jerk, with_root
 from .measures import content_distance, style_distance
+from .score import Track, compare, read_motion, summary
 from ..holden2017.trained import Manifold, Style
 from ..holden2017.transfer import project_features, stylise, transfer
 from ..motion.stylised import Stylised, onto_skeleton
 from ..motion.bvh import write_bvh
-from ..motion.body import Take, read_take, seen, to_scale
+from ..motion.body import Take, seen, to_scale
 from ..motion.clip import Clip
-from ..motion.dataset import Dataset, Labelled
-from ..motion.feet import floor_penetration, foot_skate, jerk
+from ..motion.dataset import Dataset, Labelled, features_on
 from ..motion.features import POSITIONS, Start, decode, scale
-from ..motion.joints import JOINTS
 
 CODED, OWN = "2016, as coded", "2016, own form"
 SYSTEMS = ("content", CODED, OWN, "2017 T(I), raw", "2017", "2017, own pace", "real")
 TIMED_FRAMES = (240, 480, 960)
+_JERK = "jerk (legs/s^3)"
 
 
 class EvaluationError(ValueError):
@@ -112,123 +111,81 @@ def carry_out(take: Take, exemplars: Sequence[np.ndarray], style: Style,
                                      networks=networks), seconds
 
 
-def read_back(clip: Clip, path: str | Path) -> Take:
+def read_back(clip: Clip, path: str | Path) -> Track:
     """Write a clip and read it again."""
     write_bvh(path, clip)
-    return read_take(path)
+    return read_motion(path)
 
 
-def measure(result: Take, content: Take, exemplars: Sequence[np.ndarray], manifold: Manifold,
+def measure(result: Track, content: Track, exemplars: Sequence[np.ndarray], manifold: Manifold,
             classifiers: Mapping[str, Classifier]) -> TableRow:
-    """What there is to know about a result that was read again.
+    """What `score` says of a result that was read again, and what networks see of it.
 
     exemplars : features on the manifold's scale;  classifiers : of `fit_classifiers`
     """
-    features, wanted = (seen(t, manifold.body).features for t in (result, content))
-    depth = floor_penetration(result.positions, content.start.floor)
-    path, wanted_path = (take.positions[:, 0][:, [0, 2]] for take in (result, content))
-    return {**_looks(features, exemplars, manifold, classifiers),
-            "content distance": content_distance(features, wanted, manifold),
-            "skate": foot_skate(result.positions, content.contacts),
-            "sinks": depth[0], "sinks at most": depth[1], "bone error": bone_error(result, content),
-            "path error": float(np.linalg.norm(path - wanted_path, axis=1).mean()),
-            "jerk": jerk(result.positions, range(JOINTS), recorded=content.clip.fps),
-            "frames": len(features), **body_numbers(result.positions, content)}
+    features, wanted = (seen_by(manifold, m) for m in (result, content))
+    return {**_looks(features, exemplars, manifold, classifiers), **compare(result, content),
+            "content distance": content_distance(features, wanted, manifold)}
 
 
-def bone_error(result: Take, content: Take) -> float:
-    """The largest relative difference of a bone's length, over all bones of the file's own skeleton
-    but those that carry the hips.
-    """
-    parents, carries = content.clip.parents, set()
-    j = int(content.mapping.joints[0])
-    while j >= 0:
-        carries.add(j)
-        j = parents[j]
-    bones = [j for j in range(len(parents)) if j not in carries]
-    here, there = (np.linalg.norm(t.translations[:, bones], axis=-1) for t in (result, content))
-    return float(np.max(np.abs(here - there) / np.where(there > 0, there, 1.0), initial=0.0))
+def seen_by(manifold: Manifold, motion: Track) -> np.ndarray:
+    """A motion on the body that networks know.   ->  (T, 66)"""
+    return features_on(motion.positions, manifold.body, motion.contacts)
 
 
 def measure_real(clip: Labelled, leg: float, exemplars: Sequence[np.ndarray], manifold: Manifold,
                  classifiers: Mapping[str, Classifier]) -> TableRow:
-    """The same of a real take of the style, from its features, where it can be said.
-    leg : of the clip's dataset
+    """The same of a real take of the style, from its features, where it can be said without a
+    content.   leg : of the clip's dataset
     """
     features = to_scale(clip.features, leg, manifold.leg)
-    positions = decode(features, Start())
-    depth = floor_penetration(positions)
-    return {**_looks(features, exemplars, manifold, classifiers),
-            "skate": foot_skate(positions, clip.contacts),
-            "sinks": depth[0], "sinks at most": depth[1],
-            "jerk": own_jerk(features, clip.fps), "frames": len(features)}
+    motion = Track(decode(features, Start()), clip.contacts, 0.0, clip.fps)
+    own = {key: value for key, value in compare(motion, motion).items()
+           if key.startswith(("slide", "jerk", "lowest", "largest")) and "of content" not in key}
+    return {**_looks(features, exemplars, manifold, classifiers), **own}
 
 
 def _looks(features, exemplars, manifold, classifiers):
     found = {name: classifier.classify(features) for name, classifier in classifiers.items()}
     return {"style distance": style_distance(features, exemplars, manifold),
+            "frames": len(features),
             **{f"{name} style": style for name, (style, _) in found.items()},
             **{f"{name} content": content for name, (_, content) in found.items()}}
 
 
 def summarise_systems(rows: Sequence[TableRow],
-                      distances: Mapping[tuple[str, str], float]) -> list[dict[str, Any]]:
-    """One line a system.
+                      windows: Mapping[tuple[str, str], Sequence[np.ndarray]],
+                      reference: Mapping[str, Sequence[np.ndarray]]) -> list[dict[str, Any]]:
+    """One line a system: `score.summary`, and what needs other rows.
 
-    rows : of `measure` with style, content and system;  distances : {(style, system): Fréchet
-    distance}
+    rows : of `measure` with style, content and system;  windows : {(style, system): list of
+    (n, d)}, reference : {style: list of (n, d)} of real motion, both embedded by the classifier of
+    joints
     """
-    real = {style: np.mean([r["jerk"] for r in rows
+    real = {style: np.mean([r[_JERK] for r in rows
                             if r["style"] == style and r["system"] == "real"] or [np.nan])
             for style in {r["style"] for r in rows}}
     of_system = {system: [r for r in rows if r["system"] == system] for system in SYSTEMS}
-
-    def _mean(of, value):
-        return float(np.mean([value(r) for r in of]))
-
-    def _each(of, key, summary):
-        return float(summary([r[key] for r in of])) if key in of[0] else float("nan")
     lines = []
     for system, of in of_system.items():
         if not of:
             continue
-        line: dict[str, Any] = {"system": system, "clips": len(of)}
-        for name in ("gram", "joints"):
-            for what in ("style", "content"):
-                line[f"{what} by {name}"] = _mean(of, lambda r: r[f"{name} {what}"] == r[what])
-        ours, contents = (sum(r["style distance"] for r in rs)
+        told = [{**r, **{f"{what} by {name}": r[f"{name} {what}"] == r[what]
+                         for name in ("gram", "joints") for what in ("style", "content")},
+                 "jerk / real": r[_JERK] / real[r["style"]]} for r in of]
+        ours, contents = (np.mean([r["style distance"] for r in rs])
                           for rs in (of, of_system["content"]))
-        line["style distance left"] = float((ours / len(of)) / (contents / len(
-            of_system["content"]))) if contents else float("nan")
-        line["Fréchet distance"] = float(
-            np.mean([d for (_, s), d in distances.items() if s == system]))
-        line |= {key: _each(of, key, np.nanmean)
-                 for key in ("content distance", "skate", "sinks", "path error")}
-        line |= {key: _each(of, key, np.max) for key in ("sinks at most", "bone error")}
-        line |= {key: _each(of, key, np.max) for key in ("hips off", "shoulders off")}
-        line |= {key: _each(of, key, np.nanmedian) for key in (
-            "foot pitch off", "hip height off", "slide", "slide of content", "lowest",
-            "lowest of content", "acceleration", "acceleration of content", "acceleration p99.9",
-            "acceleration p99.9 of content", "ends", "ends of content")}
-        line["jerk / real"] = _mean(of, lambda r: r["jerk"] / real[r["style"]])
         took = [r for r in of if "seconds" in r]
-        line["frames/s"] = (sum(r["frames"] for r in took) / sum(r["seconds"] for r in took)
-                            if took else float("nan"))
-        lines.append(line)
+        distances = [frechet_distance(np.concatenate(points), np.concatenate(reference[style]))
+                     for (style, who), points in windows.items()
+                     if who == system and style in {r["style"] for r in of}]
+        lines.append({
+            "system": system, "clips": len(of), **summary(told, "style"),
+            "style distance left": float(ours / contents) if contents else float("nan"),
+            "Fréchet distance": float(np.mean(distances)) if distances else float("nan"),
+            "frames/s": (sum(r["frames"] for r in took) / sum(r["seconds"] for r in took)
+                         if took else float("nan"))})
     return lines
-
-
-def frechet_distances(windows: Mapping[tuple[str, str], Sequence[np.ndarray]],
-                      reference: Mapping[str, Sequence[np.ndarray]]
-                      ) -> dict[tuple[str, str], float]:
-    """How far each system's motion is from the real motion of the style.
-
-    windows : {(style, system): list of (n, d)}, reference : {style: list of (n, d)}, both embedded
-    by the classifier of joints
-    """
-    return {(style, system): frechet_distance(np.concatenate(points),
-                                              np.concatenate(reference[style]))
-            for (style, system), points in windows.items()}
 
 
 def timings(features: np.ndarray, contacts: np.ndarray, exemplars: Sequence[np.ndarray],

@@ -196,7 +196,7 @@ def convolutions(problem: Problem, peers: Sequence[Any] = ()) -> Iterator[Work]:
 
 
 def timed(work: Work, dtype: Any, threads: int | None, seconds: float, rate: float,
-             peers: Sequence[Any] = ()) -> dict[str, Any]:
+          peers: Sequence[Any] = ()) -> dict[str, Any]:
     """Medians of one line, everything interleaved.
 
     threads : of both sides, or None for each side's own default;  seconds : for each rival;

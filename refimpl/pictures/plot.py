@@ -170,7 +170,7 @@ def strip(motions: Mapping[str, np.ndarray], path: str | Path | None = None, *,
     name = min(0.3, 0.135 * max(map(len, motions)) / wide)       # share of the longest label
     left = start - max(0.5 * leg, (right - start) * name / (1.0 - name))
     row = min(2.6, wide * 0.98 * (high - low) / (right - left))
-    figure = _figure(wide, row * len(motions) + 0.62 + (0.35 if title else 0.0))
+    figure = new_figure(wide, row * len(motions) + 0.62 + (0.35 if title else 0.0))
     axes = figure.subplots(len(motions), 1, squeeze=False)[:, 0]
     bar, thick = round_length(1.3 * leg), min(2.8, 42.0 * wide * leg / (right - left) / 12.0)
     for ax, (label, poses), colour in zip(axes, centred.items(), colours(motions).values()):
@@ -204,7 +204,7 @@ def paths(motions: Mapping[str, np.ndarray], path: str | Path | None = None, *, 
     path : also save a PNG there
     """
     motions = checked_motions(motions)
-    figure = _figure(7.5, 6.0)
+    figure = new_figure(7.5, 6.0)
     ax = figure.subplots()
     for positions, (label, colour), line in zip(motions.values(), colours(motions).items(),
                                                 _LINES * len(motions)):
@@ -236,7 +236,7 @@ def curves(records: Iterable[Mapping[str, Any]], keys: str | Iterable[str],
                          f"{missing}; needed records that have every key")
     epochs = [record.get("epoch", number) for number, record in enumerate(records, start=1)]
     values = np.array([[float(record[key]) for key in keys] for record in records])
-    figure = _figure(8.0, 5.0)
+    figure = new_figure(8.0, 5.0)
     ax = figure.subplots()
     for key, column, colour, line in zip(keys, values.T, (OTHERS[4:] + OTHERS[:4]) * len(keys),
                                          _LINES * len(keys)):
@@ -250,7 +250,7 @@ def curves(records: Iterable[Mapping[str, Any]], keys: str | Iterable[str],
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure as PNG, whole or not at all; the same figure makes the same bytes."""
+    """Write a PNG, whole or not at all; the same figure makes the same bytes."""
     with atomic_write(path, "wb") as file:
         figure.savefig(file, format="png", dpi=DPI, metadata={"Software": None})
 
@@ -296,7 +296,7 @@ def described(figure: Figure, alt: str) -> Described:
     return Described(figure, alt)
 
 
-def _figure(width, height):
+def new_figure(width: float, height: float) -> Figure:
     """An empty figure of so many inches, with no tie to a window."""
     figure = Picture(figsize=(width, height), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)

@@ -8,12 +8,13 @@ from ..motion.features import facing
 from ..motion.joints import SLOT
 
 # By Okabe and Ito, told apart by the colour-blind too.
-COLOURS = {"style": "#D55E00", "content": "#009E73", "result": "#0072B2"}
+COLOURS = {"style": "#D55E00", "content": "#009E73", "result": "#0072B2", "2016": "#E69F00",
+           "2017": "#0072B2"}
 OTHERS = ("#CC79A7", "#E69F00", "#56B4E9", "#444444", "#0072B2", "#009E73", "#D55E00")
 
 
 def colours(labels: Collection[str]) -> dict[str, str]:
-    """A colour for each label: style, content and result have their own, others take what is left.
+    """A colour for each label: those in `COLOURS` have their own, others take what is left.
 
     >>> colours(["content", "mine"])
     {'content': '#009E73', 'mine': '#CC79A7'}

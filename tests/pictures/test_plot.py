@@ -52,7 +52,7 @@ def test_projection_keeps_right_up_and_near():
 
 def test_the_far_side_is_pale():
     pose = world("walk", seconds=0.1)[0]
-    ax = plot._figure(3, 3).subplots()
+    ax = plot.new_figure(3, 3).subplots()
     artists = plot.draw_pose(ax, pose, "side", colour="#000000")
     # seen from its right
     assert (sum(artists["Left leg"].get_color()) > 1 and artists["Right leg"].get_color()
