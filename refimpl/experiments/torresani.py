@@ -17,10 +17,11 @@ import numpy as np
 
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
 from ..embedded.sample import BANDAI
-from ..torresani2006.align import HIGHEST, LOWEST, interpolate, read_at
+from ..torresani2006.align import HIGHEST, LOWEST, read_at
 from ..torresani2006.database import (Database, blend_inputs, coefficients, embedded_database,
                                       random_blends, read_database, without)
-from ..torresani2006.observe import EFFORTS, observe
+from ..torresani2006.efforts import BY_ANGLES
+from ..torresani2006.observe import EFFORTS, Sight, observe
 from ..torresani2006.pca import PrincipalComponents, fit_pca
 from ..torresani2006.poses import Fragment
 from ..torresani2006.regress import MODELS, StyleModel, fit_model, linear_interpolation, predict
@@ -51,13 +52,13 @@ class Cast:
     performer: np.ndarray = field(repr=False)
 
 
-def embedded_cast(performers: int = PERFORMERS, relative: bool = True) -> Cast:
+def embedded_cast(performers: int = PERFORMERS, sight: Sight = BY_ANGLES) -> Cast:
     """The five actions of the embedded performers.
 
     >>> embedded_cast(2).performer.tolist()[:4]
     ['000', '001', '000', '001']
     """
-    database = embedded_database(performers, relative=relative)
+    database = embedded_database(performers, sight=sight)
     return Cast(database, np.array([f.name.rsplit("_", 1)[1] for f in database.fragments]))
 
 
@@ -166,9 +167,7 @@ def figure_1(database: Database, model: StyleModel, pca: PrincipalComponents, *,
                    if fragment.content == contents[n % len(contents)]]
         i, j = (int(k) for k in rng.choice(members, 2, replace=False))
         Z = blend_inputs(c, e, np.tile([i, j], (points, 1)), alpha)
-        blends = [interpolate(database.fragments[i], database.fragments[j], a, up=database.body.up)
-                  for a in tried]
-        observed = np.array([observe(blend, database.observer) for blend in blends])
+        observed = np.array([observe(database.blend(i, j, a), database.observer) for a in tried])
         found.append(Curves((i, j), alpha, predict(model, Z), linear_interpolation(Z), tried,
                             observed))
     return found

@@ -192,14 +192,16 @@ def threshold_for(ssd: np.ndarray, count: int) -> float:
     return float(0.5 * (made + not_made) if np.isfinite(not_made) else above)
 
 
-def time_curve(path: np.ndarray, smooth: float = SMOOTH) -> tuple[np.ndarray, ...]:
+def time_curve(path: np.ndarray, smooth: float = SMOOTH,
+               straight: float = 0.0) -> tuple[np.ndarray, ...]:
     r"""The path as a continuous curve (p*(n), q*(n)), and the parameters n at which each sequence
     plays in its own time: n0_k solves p*(n0_k) = k, n1_k likewise for q*.
 
     The steps are smoothed by a Gaussian of `smooth` frames, reflected about both ends so that these
     stay (0 keeps the steps: motion then halts where one stands still).
 
-    path : (L, 2)  ->  curve (L, 2), n0 (T_i,), n1 (T_j,).
+    path : (L, 2);  straight : how far the curve is drawn to the straight line, from 0 to 1
+    ->  curve (L, 2), n0 (T_i,), n1 (T_j,).
     Raises AlignError for a path that equations 4 and 5 do not allow.
     """
     path = np.asarray(path)
@@ -214,6 +216,8 @@ def time_curve(path: np.ndarray, smooth: float = SMOOTH) -> tuple[np.ndarray, ..
         smoothed = gaussian_filter1d(padded, smooth, axis=0, mode="nearest")[pad:-pad]
         inner = np.maximum.accumulate(smoothed[1:-1])
         curve = np.concatenate([curve[:1], inner, curve[-1:]]).clip(curve[0], curve[-1])
+    if straight:
+        curve = (1 - straight) * curve + straight * np.linspace(curve[0], curve[-1], len(curve))
     return curve, _own_time(curve[:, 0]), _own_time(curve[:, 1])
 
 
@@ -225,7 +229,8 @@ def _own_time(frames):
     return np.interp(np.arange(int(round(frames[-1])) + 1), values, middle)
 
 
-def synchronised(path: np.ndarray, alpha: float, smooth: float = SMOOTH) -> tuple[np.ndarray, ...]:
+def synchronised(path: np.ndarray, alpha: float, smooth: float = SMOOTH, straight: float = 0.0,
+                 slower: float = 1.0) -> tuple[np.ndarray, ...]:
     r"""Where each sequence is read for a blend (section 5): T = (1-alpha) T_i + alpha T_j frames
     (halves rounded to the even number; beyond [0, 1] at least half of the shorter sequence, a
     choice: the line itself would reach 0) at path parameters
@@ -234,11 +239,12 @@ def synchronised(path: np.ndarray, alpha: float, smooth: float = SMOOTH) -> tupl
 
     between the timing of i and that of j, held within the path and never running backwards.
 
-    path : (L, 2)  ->  p*(n^alpha) and q*(n^alpha), each (T,), in frames of i and of j
+    path : (L, 2);  straight : see `time_curve`;  slower : a factor on T, 1 in the paper
+    ->  p*(n^alpha) and q*(n^alpha), each (T,), in frames of i and of j
     """
-    curve, n0, n1 = time_curve(path, smooth)
+    curve, n0, n1 = time_curve(path, smooth, straight)
     shortest = max(2, (min(len(n0), len(n1)) + 1) // 2)
-    frames = max(shortest, int(round((1 - alpha) * len(n0) + alpha * len(n1))))
+    frames = max(shortest, int(round(slower * ((1 - alpha) * len(n0) + alpha * len(n1)))))
     own, other = (read_at(n, np.arange(frames) * (len(n) - 1) / (frames - 1)) for n in (n0, n1))
     n = np.maximum.accumulate(np.clip((1 - alpha) * own + alpha * other, 0, len(curve) - 1))
     n[0], n[-1] = 0, len(curve) - 1
@@ -257,7 +263,8 @@ def read_at(X: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 
 def interpolate(a: Fragment, b: Fragment, alpha: float, path: np.ndarray | None = None,
-                up: str = "y", smooth: float = SMOOTH) -> Fragment:
+                up: str = "y", smooth: float = SMOOTH, straight: float = 0.0,
+                slower: float = 1.0) -> Fragment:
     r"""Space-time interpolation of two fragments of one content (section 5):
 
         X^alpha(k) = (1-alpha) X_i(p*(n^alpha_k)) + alpha X_j(q*(n^alpha_k))
@@ -265,7 +272,8 @@ def interpolate(a: Fragment, b: Fragment, alpha: float, path: np.ndarray | None 
     The root's height likewise; its steps over the floor and turns are averaged as its own body sees
     them (ahead, aside, turning) and added up again from a start between both.
 
-    alpha : in [-0.25, 1.25], 0 for a and 1 for b;  path : w* if it is known;  up : "y" or "z".
+    alpha : in [-0.25, 1.25], 0 for a and 1 for b;  path : w* if it is known;  up : "y" or "z";
+    straight, slower : see `synchronised`; `blend.blend` finds them.
     Raises AlignError for another alpha, frame rates or angles that differ, and a path of other
     fragments.
 
@@ -282,7 +290,8 @@ def interpolate(a: Fragment, b: Fragment, alpha: float, path: np.ndarray | None 
     if a.angles.shape[1:] != b.angles.shape[1:]:
         raise AlignError(f"{a.name}, {b.name}: found angles of shapes {a.angles.shape} and "
                          f"{b.angles.shape}, needed those of one skeleton")
-    p, q = synchronised(dtw(a.angles, b.angles)[1] if path is None else path, alpha, smooth)
+    p, q = synchronised(dtw(a.angles, b.angles)[1] if path is None else path, alpha, smooth,
+                        straight, slower)
     if (p[-1], q[-1]) != (a.frames - 1, b.frames - 1):
         raise AlignError(
             f"path: found its end at frames {p[-1]:g} and {q[-1]:g}, needed {a.frames - 1} and "

@@ -11,8 +11,10 @@ import numpy as np
 from ..motion.bvh import read_bvh
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
 from ..embedded import performers
-from .align import HIGHEST, LOWEST, all_pairs, clusters, interpolate, threshold_for
-from .observe import Observer, fit_observer, observe, read_labels
+from .align import HIGHEST, LOWEST, all_pairs, clusters, threshold_for
+from .blend import smooth
+from .efforts import BY_ANGLES
+from .observe import Observer, Sight, fit_observer, observe, read_labels
 from .pca import COMPONENTS, PrincipalComponents, fit_pca, pca_scores
 from .poses import POSE_FPS, Body, Fragment, fit_body, fragment_of
 from .regress import StyleModel, fit_model, inputs
@@ -28,7 +30,8 @@ class DatabaseError(ValueError):
 class Database:
     """Fragments that all have a content and a style.
 
-    ssd : (N, N) of `align.all_pairs`;  observer : the computed one;  labelled : by an analyst.
+    ssd : (N, N) of `align.all_pairs`;  observer : the computed one;  labelled : by an analyst;
+    between : of (fragment, fragment, alpha, body), their blend.
     """
 
     fragments: tuple[Fragment, ...]
@@ -36,6 +39,11 @@ class Database:
     ssd: np.ndarray = field(repr=False)
     observer: Observer = field(repr=False)
     labelled: bool = False
+    between: Callable[[Fragment, Fragment, float, Body], Fragment] = field(default=smooth, repr=False)
+
+    def blend(self, i: int, j: int, alpha: float) -> Fragment:
+        """Two of the fragments, blended."""
+        return self.between(self.fragments[i], self.fragments[j], alpha, self.body)
 
     @property
     def styles(self) -> np.ndarray:
@@ -56,11 +64,12 @@ class Blends:
 
 
 def database_of(fragments: Sequence[Fragment], body: Body, *, contents: int | None = None,
-                relative: bool = True) -> Database:
+                sight: Sight = BY_ANGLES) -> Database:
     """Complete some fragments: contents by clustering where none are known, styles by the computed
     observer where none are given.
 
-    contents : how many to look for among fragments without one, by default one for every 12.
+    contents : how many to look for among fragments without one, by default one for every 12;
+    sight : what the observer looks at.
     Raises DatabaseError for fewer than two fragments, ObserveError when no content has two.
     """
     fragments = list(fragments)
@@ -72,7 +81,7 @@ def database_of(fragments: Sequence[Fragment], body: Body, *, contents: int | No
         count = contents or max(1, round(len(fragments) / 12))
         found = clusters(ssd, threshold_for(ssd, count))
         fragments = [replace(f, content=f"content {c + 1}") for f, c in zip(fragments, found)]
-    observer = fit_observer(fragments, body, relative)
+    observer = fit_observer(fragments, body, sight)
     labelled = all(f.style is not None for f in fragments)
     styles = [observe(f, observer) if f.style is None else np.asarray(f.style, dtype=float)
               for f in fragments]
@@ -80,7 +89,7 @@ def database_of(fragments: Sequence[Fragment], body: Body, *, contents: int | No
     return Database(complete, body, ssd, observer, labelled)
 
 
-def embedded_database(number: int = 12, first: int = 0, relative: bool = True) -> Database:
+def embedded_database(number: int = 12, first: int = 0, sight: Sight = BY_ANGLES) -> Database:
     """The embedded performers, five actions each.
 
     >>> embedded_database(2).styles.shape
@@ -89,7 +98,7 @@ def embedded_database(number: int = 12, first: int = 0, relative: bool = True) -
     made = performers.make_performers(number, first=first)
     body = fit_body([performance.clip for performance in made])
     return database_of([fragment_of(p.clip, body, p.name, p.contents[0]) for p in made], body,
-                       relative=relative)
+                       sight=sight)
 
 
 def read_database(folder: str | Path, *, labels: str | Path | None = None,
@@ -166,9 +175,7 @@ def blends_of(database: Database, pairs: np.ndarray, alpha: np.ndarray,
     """
     styles: list[np.ndarray] = []
     for (first, second), a in zip(pairs, alpha):
-        blend = interpolate(database.fragments[first], database.fragments[second], a,
-                            up=database.body.up)
-        styles.append(observe(blend, database.observer))
+        styles.append(observe(database.blend(first, second, a), database.observer))
         report(len(styles))
     return Blends(pairs, alpha, np.array(styles))
 

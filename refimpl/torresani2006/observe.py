@@ -1,8 +1,9 @@
 r"""Styles as points e = (flow, weight, time) in [-3, 3]^3: from an analyst's label file, or from
-the computed observer.
+a computed observer.
 
-The computed observer is no analyst. It starts from three descriptors that Larboulette and Gibet
-2015, "A review of computable expressive descriptors of human motion", collect from the literature,
+A computed observer is no analyst. `efforts` has the two that are used; `PUBLISHED`, here, is kept as
+the literature has it, unfiltered: on recorded clips it measures the noise of their capture. It
+starts from three descriptors that Larboulette and Gibet 2015, "A review of computable expressive descriptors of human motion", collect from the literature,
 here with alpha_k the weight of joint k, T a window of time and the numbers of their equations:
 
     Weight(T) = max over t in T of sum_k alpha_k |v_k(t)|^2   (22 and 23; large: strong)
@@ -18,7 +19,7 @@ the result says how far a fragment lies from the others of its content, in stand
 (`observe`), since a kick is stronger than a wave whoever does it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -97,27 +98,44 @@ def descriptors(fragment: Fragment, body: Body, relative: bool = True) -> np.nda
 
 
 @dataclass(frozen=True)
-class Observer:
-    """The computed observer: what is usual for each content, and how much fragments of one content
-    differ.
+class Sight:
+    """What a computed observer looks at.
 
-    usual : {content: (3,)} with None for all together;  spread : (3,) standard deviations;
-    body : of the fragments;  relative : see `descriptors`.
+    measure : of (fragment, body), flow, weight and time before they are scaled, (3,);
+    usual : (3,) what counts as 0 where no fragments tell;  gain : (3,) efforts a unit, or None: then
+    1.5 a standard deviation within the contents of the fragments learnt on
+    """
+
+    name: str
+    measure: Callable[[Fragment, Body], np.ndarray] = field(repr=False)
+    usual: np.ndarray = field(default_factory=lambda: np.zeros(3), repr=False)
+    gain: np.ndarray | None = field(default=None, repr=False)
+
+
+PUBLISHED = Sight("published", descriptors)
+
+
+@dataclass(frozen=True)
+class Observer:
+    """A computed observer: what is usual for each content, and how much a difference counts.
+
+    usual : {content: (3,)} with None for all together;  gain : (3,) efforts a unit;
+    body : of the fragments;  sight : what it looks at.
     """
 
     usual: dict[str | None, np.ndarray]
-    spread: np.ndarray
+    gain: np.ndarray
     body: Body = field(repr=False)
-    relative: bool = True
+    sight: Sight
 
 
-def fit_observer(fragments: Sequence[Fragment], body: Body, relative: bool = True) -> Observer:
-    """Learn what is usual: the mean descriptors of each content, and the standard deviation within
-    the contents.
+def fit_observer(fragments: Sequence[Fragment], body: Body, sight: Sight) -> Observer:
+    """Learn what is usual: the mean measures of each content; and, where the sight has no gain of
+    its own, the standard deviation within the contents.
 
     Raises ObserveError without at least two fragments of one content that differ.
     """
-    found = np.array([descriptors(f, body, relative) for f in fragments]).reshape(-1, 3)
+    found = np.array([sight.measure(f, body) for f in fragments]).reshape(-1, 3)
     contents = np.array([str(fragment.content) for fragment in fragments])
     usual, squares = {}, np.zeros(3)
     for content in dict.fromkeys(contents):
@@ -130,20 +148,21 @@ def fit_observer(fragments: Sequence[Fragment], body: Body, relative: bool = Tru
         raise ObserveError(
             f"fragments: found {len(found)} of {len(usual)} contents with nothing to compare, "
             "needed two different ones of one content; are the contents right?")
-    return Observer({**usual, None: found.mean(axis=0)}, spread, body, relative)
+    gain = GAIN / spread if sight.gain is None else sight.gain
+    return Observer({**usual, None: found.mean(axis=0)}, gain, body, sight)
 
 
 def observe(fragment: Fragment, observer: Observer, content: str | None = None) -> np.ndarray:
-    r"""The style of a fragment as the computed observer has it:
-    e = clip(1.5 (descriptors - usual) / spread, -3, 3)
+    r"""The style of a fragment as a computed observer has it:
+    e = clip(gain (measures - usual), -3, 3)
 
     content : whose usual to compare with, the fragment's own unless given; unknown ones with all
     together   ->  (3,) flow, weight, time
     """
     content = str(fragment.content if content is None else content)
     usual = observer.usual.get(content, observer.usual[None])
-    z = (descriptors(fragment, observer.body, observer.relative) - usual) / observer.spread
-    return np.clip(GAIN * z, -LIMIT, LIMIT)
+    seen = observer.sight.measure(fragment, observer.body)
+    return np.clip(observer.gain * (seen - usual), -LIMIT, LIMIT)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..motion import rotation
 from ..motion.easing import ease
-from .align import HIGHEST, LOWEST, interpolate, turned
+from .align import HIGHEST, LOWEST, turned
 from .database import Database, blend_inputs, coefficients
 from .observe import LIMIT, Observer, observe
 from .pca import PrincipalComponents
@@ -283,8 +283,7 @@ def restyle(Y: Fragment, pieces: Sequence[Piece], database: Database, model: Sty
                 "fragment of it to blend, needed at least 2; add performances of this action to "
                 "the database, or raise the number of neighbours")
         best = rank_pairs(database, model, pca, members, target, samples)[:looks]
-        blends = [interpolate(database.fragments[c.i], database.fragments[c.j], c.alpha,
-                              up=database.body.up) for c in best]
+        blends = [database.blend(c.i, c.j, c.alpha) for c in best]
         misses = [np.linalg.norm(observe(blend, database.observer) - target)
                   for blend in blends] if looks > 1 else [0.0]
         choices.append(best[int(np.argmin(misses))])
