@@ -20,7 +20,7 @@ from ..embedded.sample import BANDAI
 from ..torresani2006.align import HIGHEST, LOWEST, read_at
 from ..torresani2006.database import (Database, blend_inputs, coefficients, embedded_database,
                                       random_blends, read_database, without)
-from ..torresani2006.efforts import BY_ANGLES
+from ..torresani2006.efforts import BY_SWINGS
 from ..torresani2006.observe import EFFORTS, Sight, observe
 from ..torresani2006.pca import PrincipalComponents, fit_pca
 from ..torresani2006.poses import Fragment
@@ -52,7 +52,7 @@ class Cast:
     performer: np.ndarray = field(repr=False)
 
 
-def embedded_cast(performers: int = PERFORMERS, sight: Sight = BY_ANGLES) -> Cast:
+def embedded_cast(performers: int = PERFORMERS, sight: Sight = BY_SWINGS) -> Cast:
     """The five actions of the embedded performers.
 
     >>> embedded_cast(2).performer.tolist()[:4]

@@ -15,13 +15,21 @@ equation 3's still):
 What was done is told by `Blend`, and an experiment counts it.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
-from .align import SMOOTH, AlignError, distances, dtw, interpolate
-from .poses import POSE_FPS, Body, Fragment, fragment_positions
+from ..motion.body import make_take
+from ..motion.canonical import change
+from ..motion.clip import Clip
+from ..motion.features import FPS
+from ..motion.feet import foot_skate
+from ..motion.foot_ik import lock_feet
+from ..motion.moved import moved_clip, rig
+from .align import SMOOTH, AlignError, distances, dtw, interpolate, synchronised
+from .poses import (POSE_FPS, POSITION, Body, Fragment, clip_of, fit_body, fragment_of,
+                    fragment_positions, size_ratio)
 
 STEEPEST = 3
 PEAK = 2.0
@@ -34,7 +42,8 @@ class Blend:
 
     limited : whether the path could be limited in slope;  straight : how far the time curve was
     drawn to the straight line, from 0 to 1;  slower : by which factor it was slowed down;
-    peak : its largest acceleration beside the larger of its parents'.
+    peak : its largest acceleration beside the larger of its parents';
+    times : the frame of the one and of the other parent that each of its frames is made of.
     """
 
     fragment: Fragment = field(repr=False)
@@ -42,6 +51,7 @@ class Blend:
     straight: float
     slower: float
     peak: float
+    times: tuple[np.ndarray, ...] = field(repr=False)
 
 
 def limited_path(X: np.ndarray, Y: np.ndarray, steepest: int = STEEPEST) -> np.ndarray | None:
@@ -105,8 +115,9 @@ def blend(a: Fragment, b: Fragment, alpha: float, body: Body, peak: float = PEAK
         raise AlignError(f"{a.name}, {b.name}: found angles of shapes {a.angles.shape} and "
                          f"{b.angles.shape}, needed those of one skeleton")
     path = limited_path(a.angles, b.angles)
-    made = partial(interpolate, a, b, alpha, dtw(a.angles, b.angles)[1] if path is None else path,
-                   body.up, SMOOTH * a.fps / POSE_FPS)
+    along = dtw(a.angles, b.angles)[1] if path is None else path
+    width = SMOOTH * a.fps / POSE_FPS
+    made = partial(interpolate, a, b, alpha, along, body.up, width)
     larger = max(peak_acceleration(a, body), peak_acceleration(b, body), 1e-9)
     slower = 1.0
     for straight in STRAIGHT:
@@ -118,7 +129,8 @@ def blend(a: Fragment, b: Fragment, alpha: float, body: Body, peak: float = PEAK
         slower *= 1.05 * np.sqrt(found / peak)
         fragment = made(straight=straight, slower=slower)
         found = peak_acceleration(fragment, body) / larger
-    return Blend(fragment, path is not None, straight, float(slower), float(found))
+    return Blend(fragment, path is not None, straight, float(slower), float(found),
+                 synchronised(along, alpha, width, straight, slower))
 
 
 def smooth(a: Fragment, b: Fragment, alpha: float, body: Body) -> Fragment:
@@ -129,3 +141,60 @@ def smooth(a: Fragment, b: Fragment, alpha: float, body: Body) -> Fragment:
 def as_printed(a: Fragment, b: Fragment, alpha: float, body: Body) -> Fragment:
     """Section 5 along the path of equation 3, whatever pops."""
     return interpolate(a, b, alpha, up=body.up)
+
+
+def standing(clip: Clip, contacts: np.ndarray | None = None, least: float = 0.0) -> tuple[
+        Clip, float, float]:
+    """A clip whose planted feet stay where they are (`motion.foot_ik`), if they slide.
+
+    contacts : (T, 4) which feet are planted, at 60 frames a second, found in the clip unless given;
+    least : what is slid without being mended, in the file's unit a second
+    ->  the clip, how far its planted feet slid before, and now: that unit a second, both NaN for a
+    body without feet, which is left as it is
+    """
+    try:
+        take = make_take(clip)
+    except ValueError:
+        return clip, float("nan"), float("nan")
+    labels = take.contacts if contacts is None else contacts
+    before = foot_skate(take.positions, labels)
+    if not before > least:
+        return clip, before, before
+    locked = lock_feet(take.positions, labels, take.toes)
+    moved = moved_clip(take, rig(clip.joints, take.mapping), change(take.positions, locked))
+    return moved, before, foot_skate(make_take(moved).positions, labels)
+
+
+def blend_clips(A: Clip, B: Clip, alpha: float) -> tuple[Clip, Blend, float, float]:
+    """Two clips of one skeleton and one action to one, at the higher of their frame rates, on a
+    body between both. Where feet that are planted in both parents slide more than a tenth beyond
+    what the parents' do, they are held, unless something then accelerates more than in the parents.
+
+    ->  the clip, what the blend took, how far planted feet slid before they were kept, and now.
+    Raises PoseError, AlignError.
+    """
+    body, fps = fit_body([A, B]), max(A.fps, B.fps)
+    made = blend(*(fragment_of(clip, body, name, fps=fps) for clip, name in ((A, "A"), (B, "B"))),
+                 alpha, body)
+    bones, offsets = ((1 - alpha) * np.asarray(a) + alpha * np.asarray(b) for a, b in (
+        (fit_body([A]).bones, fit_body([B]).bones),
+        [[joint.offset for joint in clip.joints] for clip in (A, B)]))
+    own = replace(body, bones=bones, joints=tuple(
+        replace(joint, offset=tuple(offset)) for joint, offset in zip(A.joints, offsets.tolist())))
+    root = made.fragment.root.copy()
+    root[:, POSITION] *= size_ratio(own, body)
+    clip = clip_of(replace(made.fragment, root=root), own)
+    try:
+        takes = [make_take(parent) for parent in (A, B)]
+    except ValueError:
+        return clip, made, float("nan"), float("nan")
+    frames = round((clip.frames - 1) * FPS / fps) + 1
+    labels = [take.contacts[np.minimum(np.rint(np.interp(np.arange(frames) * fps / FPS, np.arange(
+        len(times)), times) * FPS / fps).astype(int), len(take.contacts) - 1)]
+        for take, times in zip(takes, made.times)]
+    least = 1.1 * max(foot_skate(take.positions, take.contacts) for take in takes)
+    kept, before, after = standing(clip, labels[0] & labels[1], least)
+    peaks = [peak_acceleration(fragment_of(c, own, "", fps=fps), own) for c in (clip, kept)]
+    if after < before and peaks[1] <= peaks[0] / min(made.peak, 1.0):
+        return kept, made, before, after
+    return clip, made, before, before                        # a foot that pops would be worse

@@ -13,7 +13,7 @@ from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
 from ..embedded import performers
 from .align import HIGHEST, LOWEST, all_pairs, clusters, threshold_for
 from .blend import smooth
-from .efforts import BY_ANGLES
+from .efforts import BY_SWINGS
 from .observe import Observer, Sight, fit_observer, observe, read_labels
 from .pca import COMPONENTS, PrincipalComponents, fit_pca, pca_scores
 from .poses import POSE_FPS, Body, Fragment, fit_body, fragment_of
@@ -64,7 +64,7 @@ class Blends:
 
 
 def database_of(fragments: Sequence[Fragment], body: Body, *, contents: int | None = None,
-                sight: Sight = BY_ANGLES) -> Database:
+                sight: Sight = BY_SWINGS) -> Database:
     """Complete some fragments: contents by clustering where none are known, styles by the computed
     observer where none are given.
 
@@ -89,7 +89,7 @@ def database_of(fragments: Sequence[Fragment], body: Body, *, contents: int | No
     return Database(complete, body, ssd, observer, labelled)
 
 
-def embedded_database(number: int = 12, first: int = 0, sight: Sight = BY_ANGLES) -> Database:
+def embedded_database(number: int = 12, first: int = 0, sight: Sight = BY_SWINGS) -> Database:
     """The embedded performers, five actions each.
 
     >>> embedded_database(2).styles.shape

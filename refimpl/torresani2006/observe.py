@@ -102,14 +102,16 @@ class Sight:
     """What a computed observer looks at.
 
     measure : of (fragment, body), flow, weight and time before they are scaled, (3,);
-    usual : (3,) what counts as 0 where no fragments tell;  gain : (3,) efforts a unit, or None: then
-    1.5 a standard deviation within the contents of the fragments learnt on
+    usual : (3,) what counts as 0 where no fragments tell, and alone : (3,) efforts a unit there;
+    gain : (3,) efforts a unit where the content is known, or None: then 1.5 a standard deviation
+    within the contents of the fragments learnt on, held within -3 and 3
     """
 
     name: str
     measure: Callable[[Fragment, Body], np.ndarray] = field(repr=False)
     usual: np.ndarray = field(default_factory=lambda: np.zeros(3), repr=False)
     gain: np.ndarray | None = field(default=None, repr=False)
+    alone: np.ndarray | None = field(default=None, repr=False)
 
 
 PUBLISHED = Sight("published", descriptors)
@@ -154,7 +156,8 @@ def fit_observer(fragments: Sequence[Fragment], body: Body, sight: Sight) -> Obs
 
 def observe(fragment: Fragment, observer: Observer, content: str | None = None) -> np.ndarray:
     r"""The style of a fragment as a computed observer has it:
-    e = clip(gain (measures - usual), -3, 3)
+    e = clip(gain (measures - usual), -3, 3) for a gain that was fitted; one that is the sight's own
+    is bent instead of cut off, e = 3 tanh(gain (measures - usual) / 3)
 
     content : whose usual to compare with, the fragment's own unless given; unknown ones with all
     together   ->  (3,) flow, weight, time
@@ -162,7 +165,9 @@ def observe(fragment: Fragment, observer: Observer, content: str | None = None) 
     content = str(fragment.content if content is None else content)
     usual = observer.usual.get(content, observer.usual[None])
     seen = observer.sight.measure(fragment, observer.body)
-    return np.clip(observer.gain * (seen - usual), -LIMIT, LIMIT)
+    raw = observer.gain * (seen - usual)
+    return (np.clip(raw, -LIMIT, LIMIT) if observer.sight.gain is None else
+            LIMIT * np.tanh(raw / LIMIT))
 
 
 @dataclass(frozen=True)
