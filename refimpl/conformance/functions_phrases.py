@@ -45,7 +45,7 @@ def motion_to_poses(rotations: np.ndarray, places: np.ndarray, *, lengths: Seque
     1. The carrier: down from joint 0 as long as there is one child, the last of these joints that
        is free, else joint 0. The joints above it stand still.
     2. Up is the axis, y or z, over which a pose spreads further (the mean over frames, then clips,
-       of largest minus smallest place of a joint; y where equal).
+       of largest minus smallest place of a joint from the carrier on; y where equal).
     3. heading(R, A) = 2 atan2(q_up, q_w) of the unit quaternion of R A^T, without jumps. The
        reference of a joint is the rotation nearest (Frobenius) to the sum over the clips of its
        mean rotation; of a joint above the carrier it is I; of the carrier the rotations are those
