@@ -34,6 +34,7 @@ from .poses import (POSE_FPS, POSITION, Body, Fragment, clip_of, fit_body, fragm
 STEEPEST = 3
 PEAK = 2.0
 STRAIGHT = 0.0, 0.5, 1.0
+JOLT = 1.25                             # times the parents' or the blend's peak, of feet held
 
 
 @dataclass(frozen=True)
@@ -168,7 +169,7 @@ def standing(clip: Clip, contacts: np.ndarray | None = None, least: float = 0.0)
 def blend_clips(A: Clip, B: Clip, alpha: float) -> tuple[Clip, Blend, float, float]:
     """Two clips of one skeleton and one action to one, at the higher of their frame rates, on a
     body between both. Where feet that are planted in both parents slide more than a tenth beyond
-    what the parents' do, they are held, unless something then accelerates more than in the parents.
+    what the parents' do, they are held, unless a joint then accelerates a quarter more than before.
 
     ->  the clip, what the blend took, how far planted feet slid before they were kept, and now.
     Raises PoseError, AlignError.
@@ -195,6 +196,6 @@ def blend_clips(A: Clip, B: Clip, alpha: float) -> tuple[Clip, Blend, float, flo
     least = 1.1 * max(foot_skate(take.positions, take.contacts) for take in takes)
     kept, before, after = standing(clip, labels[0] & labels[1], least)
     peaks = [peak_acceleration(fragment_of(c, own, "", fps=fps), own) for c in (clip, kept)]
-    if after < before and peaks[1] <= peaks[0] / min(made.peak, 1.0):
+    if after < before and peaks[1] <= JOLT * peaks[0] / min(made.peak, 1.0):
         return kept, made, before, after
     return clip, made, before, before                        # a foot that pops would be worse
