@@ -10,12 +10,10 @@ from ..motion.bvh import read_bvh, write_bvh
 from ..torresani2006.align import HIGHEST, LOWEST
 from ..torresani2006.blend import blend_clips
 from ..torresani2006.efforts import BY_SWINGS, BY_PATHS, seen_alone
-from ..torresani2006.observe import EFFORTS
+from ..torresani2006.observe import EFFORTS, POLES
 from ..torresani2006.poses import fit_body, fragment_of
 from .options import InputPath, OutputPath, write_report
 from .progress import table
-
-POLES = ("bound -3 .. free 3", "light -3 .. strong 3", "sustained -3 .. sudden 3")
 
 
 def add_commands(commands: Any) -> None:

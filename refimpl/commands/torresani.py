@@ -13,7 +13,7 @@ from ..storage import atomic_write
 from ..experiments import torresani as experiment
 from ..embedded import performers
 from ..torresani2006.database import embedded_database, read_database, train
-from ..torresani2006.observe import EFFORTS
+from ..torresani2006.observe import EFFORTS, POLES
 from ..torresani2006.poses import clip_of, fit_body, fragment_of, size_ratio
 from ..torresani2006.regress import MODELS
 from ..torresani2006.segment import segment
@@ -23,8 +23,6 @@ from . import bodies, code_2016, ground, holden
 from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole,
                       write_json)
 from .progress import Progress, table
-
-POLES = ("bound -3 .. free 3", "light -3 .. strong 3", "sustained -3 .. sudden 3")
 
 
 def add_commands(commands: Any) -> None:

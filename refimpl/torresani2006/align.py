@@ -1,7 +1,7 @@
 r"""Content match (section 4, equations 3 to 5) and space-time interpolation (section 5).
 
-Frames count from 0 here and from 1 in the paper. Angles are in radians, distances and sums of
-squared differences (SSD) therefore in radians squared.
+Frames count from 0, in the paper from 1. Angles are in radians, sums of squared differences (SSD)
+in radians squared.
 """
 
 from collections.abc import Sequence
@@ -64,8 +64,8 @@ def dtw_definition(d: np.ndarray) -> np.ndarray:
     Torresani 2006, Equation 4: a path leads from the first frames of both to the last of both.
     Torresani 2006, Equation 5: each step goes on by one frame in one of the two, or in both.
 
-    Every step costs the distance of the cell that it enters, the diagonal one no more than the
-    others ("symmetric1"). `accumulate` gives the same bits faster.   (P, Q)  ->  (P, Q)
+    A step costs the distance of the cell that it enters ("symmetric1"). `accumulate` gives the same
+    bits faster.   (P, Q)  ->  (P, Q)
 
     >>> dtw_definition(np.array([[0.0, 2.0], [3.0, 1.0]]))
     array([[0., 2.],
@@ -107,8 +107,8 @@ def dtw(X: np.ndarray, Y: np.ndarray) -> tuple[float, np.ndarray]:
     r"""The SSD of two sequences (equation 3) and the path w* = (p*, q*) that has it.
 
     X : (P, D), Y : (Q, D)  ->  SSD, path (L, 2) of whole numbers from (0, 0) to (P-1, Q-1).
-    Of equal ways back the diagonal one is taken, then (p-1, q), then (p, q-1). With dtw-python 1.9
-    and dtaidistance 2.5 (symmetric1, squared Euclidean) costs agree to 2e-16, paths are identical.
+    Of equal ways back the diagonal one is taken, then (p-1, q), then (p, q-1). With dtw-python and
+    dtaidistance 2.5 (symmetric1, squared Euclidean) costs agree to 2e-16, paths are identical.
 
     >>> cost, path = dtw(np.array([[0.0], [1.0]]), np.array([[0.0], [0.5], [1.0]]))
     >>> cost, path.tolist()
@@ -149,8 +149,7 @@ def pair_costs(pairs: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
 
 def all_pairs(sequences: Sequence[np.ndarray]) -> np.ndarray:
     """The SSD of every sequence with every other.   [(T_i, D)]  ->  (N, N), symmetric"""
-    upper = np.triu_indices(len(sequences), 1)
-    ssd = np.zeros((len(sequences),) * 2)
+    upper, ssd = np.triu_indices(len(sequences), 1), np.zeros((len(sequences),) * 2)
     ssd[upper] = pair_costs([(sequences[i], sequences[j]) for i, j in np.transpose(upper).tolist()])
     return ssd + ssd.T
 
@@ -232,8 +231,8 @@ def _own_time(frames):
 def synchronised(path: np.ndarray, alpha: float, smooth: float = SMOOTH, straight: float = 0.0,
                  slower: float = 1.0) -> tuple[np.ndarray, ...]:
     r"""Where each sequence is read for a blend (section 5): T = (1-alpha) T_i + alpha T_j frames
-    (halves rounded to the even number; beyond [0, 1] at least half of the shorter sequence, a
-    choice: the line itself would reach 0) at path parameters
+    (halves rounded to even; beyond [0, 1] at least half of the shorter sequence, a choice: the line
+    itself would reach 0) at path parameters
 
         n^alpha_k = (1-alpha) n0(k (T_i-1)/(T-1)) + alpha n1(k (T_j-1)/(T-1)),
 
@@ -274,8 +273,7 @@ def interpolate(a: Fragment, b: Fragment, alpha: float, path: np.ndarray | None 
 
     alpha : in [-0.25, 1.25], 0 for a and 1 for b;  path : w* if it is known;  up : "y" or "z";
     straight, slower : see `synchronised`; `blend.blend` finds them.
-    Raises AlignError for another alpha, frame rates or angles that differ, and a path of other
-    fragments.
+    Raises AlignError for another alpha, rates or angles that differ, a path of other fragments.
 
     >>> low, high = (Fragment(name, "bow", None, np.full((3, 3), angle), np.zeros((3, 4)))
     ...              for name, angle in (("low", 0.0), ("high", 1.0)))
@@ -285,8 +283,7 @@ def interpolate(a: Fragment, b: Fragment, alpha: float, path: np.ndarray | None 
     if not LOWEST <= alpha <= HIGHEST:
         raise AlignError(f"alpha: found {alpha}, needed {LOWEST} to {HIGHEST}")
     if a.fps != b.fps:
-        raise AlignError(f"{a.name}, {b.name}: found {a.fps:g} and {b.fps:g} frames/s, needed the "
-                         "same; resample one of them")
+        raise AlignError(f"{a.name}, {b.name}: found {a.fps:g} and {b.fps:g} frames/s, needed one rate")
     if a.angles.shape[1:] != b.angles.shape[1:]:
         raise AlignError(f"{a.name}, {b.name}: found angles of shapes {a.angles.shape} and "
                          f"{b.angles.shape}, needed those of one skeleton")

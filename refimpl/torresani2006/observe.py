@@ -1,5 +1,5 @@
-r"""Styles as points e = (flow, weight, time) in [-3, 3]^3: from an analyst's label file, or from
-a computed observer.
+r"""Styles as points e = (flow, weight, time) in [-3, 3]^3: from an analyst's label file (`labels`), or
+from a computed observer.
 
 A computed observer is no analyst. `efforts` has the two that are used; `PUBLISHED`, here, is kept as
 the literature has it, unfiltered: on recorded clips it measures the noise of their capture. It
@@ -19,20 +19,17 @@ the result says how far a fragment lies from the others of its content, in stand
 (`observe`), since a kick is stronger than a wave whoever does it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
-from ..motion.dataset import LabelError
-from ..storage import read_table
 from .poses import Body, Fragment, fragment_positions
 
 EFFORTS = ("flow", "weight", "time")
+POLES = ("bound -3 .. free 3", "light -3 .. strong 3", "sustained -3 .. sudden 3")
 LIMIT = 3.0
 GAIN = 1.5                                  # two standard deviations reach the limit
-HEADER = ["clip", "start", "end", *EFFORTS]
 
 
 class ObserveError(ValueError):
@@ -168,71 +165,3 @@ def observe(fragment: Fragment, observer: Observer, content: str | None = None) 
     raw = observer.gain * (seen - usual)
     return (np.clip(raw, -LIMIT, LIMIT) if observer.sight.gain is None else
             LIMIT * np.tanh(raw / LIMIT))
-
-
-@dataclass(frozen=True)
-class Label:
-    """One line of a label file.
-
-    start, end : frames of the clip from 0, the end not included;  style : (3,) flow, weight, time;
-    line : in the file.
-    """
-
-    clip: str
-    start: int
-    end: int
-    style: np.ndarray
-    line: int
-
-
-def read_labels(path: str | Path, frames: Mapping[str, int]) -> list[Label]:
-    """An analyst's labels: a CSV file with the header `clip,start,end,flow,weight,time`; empty
-    start and end mean the whole clip.
-
-    frames : {clip: number of frames} of the clips there are.
-    Raises LabelError naming the line: unknown clip, frames not in it, a value outside [-3, 3], a
-    stretch labelled twice.
-    """
-    rows = read_table(path, f"the header {','.join(HEADER)}", LabelError)
-    if not rows or rows[0] != HEADER:
-        raise LabelError(f"{path}:1: found {','.join(rows[0]) if rows else 'an empty file'!r}, "
-                         f"needed the header {','.join(HEADER)}")
-    labels: dict[tuple[str, int, int], Label] = {}
-    for line, row in enumerate(rows[1:], start=2):
-        if not any(row) or row[0].startswith("#"):
-            continue
-        label = _label(f"{path}:{line}", line, row, frames)
-        first = labels.setdefault((label.clip, label.start, label.end), label)
-        if first is not label:
-            raise LabelError(
-                f"{path}:{line}: found frames {label.start} to {label.end} of {label.clip!r} a "
-                f"second time (the first is in line {first.line}), needed each stretch once")
-    if not labels:
-        raise LabelError(f"{path}: found no line below the header, needed at least one label")
-    return list(labels.values())
-
-
-def _label(where, line, row, frames):
-    """One row, checked.   `where` begins every message.   ->  Label"""
-    if len(row) != len(HEADER):
-        raise LabelError(f"{where}: found {len(row)} values, needed {','.join(HEADER)}")
-    clip = next((name for name in (row[0], row[0].removesuffix(".bvh")) if name in frames), None)
-    if clip is None:
-        raise LabelError(f"{where}: found no clip {row[0]!r}, needed the name of one, such as "
-                         f"{next(iter(frames), 'none')!r}")
-    style = np.empty(3)
-    for n, (name, word) in enumerate(zip(EFFORTS, row[3:])):
-        try:
-            style[n] = float(word)
-        except ValueError:
-            style[n] = np.nan
-        if not abs(style[n]) <= LIMIT:
-            raise LabelError(f"{where}: found {name} {word!r}, needed a number from -3 to 3")
-    if not row[1] and not row[2]:
-        return Label(clip, 0, frames[clip], style, line)
-    if not (all(word.isascii() and word.isdigit() for word in row[1:3])
-            and int(row[1]) < int(row[2]) <= frames[clip]):
-        raise LabelError(
-            f"{where}: found start {row[1]!r} and end {row[2]!r}, needed whole frames, start < end "
-            f"<= {frames[clip]}, the length of {clip!r}; the end is not included")
-    return Label(clip, int(row[1]), int(row[2]), style, line)
