@@ -14,8 +14,8 @@ from .blas import prefer
 
 prefer(os.environ)                                               # before NumPy is first imported
 
-from .commands import (bench, blend, check, demo, evaluate, inspect, prepare, torresani,  # noqa: E402
-                       train, train_2016, transfer)
+from .commands import (bench, blend, check, demo, evaluate, inspect, prepare,  # noqa: E402
+                       torresani, train, train_2016, transfer)
 from .commands.options import InputFolder, OutputFolder, files_of  # noqa: E402
 from .commands.terminal import safe_streams  # noqa: E402
 from .storage import OutputError, check_outputs, identity, protected  # noqa: E402

@@ -20,8 +20,8 @@ def add_commands(commands: Any) -> None:
     """Add `observe` and `blend` to the subparsers of the program."""
     command = commands.add_parser(
         "observe", help="flow, weight and time of clips, as two computed observers see them",
-        description="Flow, weight and time of clips as two computed observers see them, which share "
-        "no signal: joint angles; the joints' paths. " + "; ".join(
+        description="Flow, weight and time of clips as two computed observers see them, by how "
+        "bones swing and by the paths of joints. " + "; ".join(
             f"{effort}: {poles}" for effort, poles in zip(EFFORTS, POLES)) + ". 0 is what is usual "
         "for the embedded performers: compare clips of one action. No analyst has been asked.")
     command.add_argument("clips", metavar="CLIP.bvh", nargs="+", type=InputPath)

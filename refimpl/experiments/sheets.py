@@ -55,7 +55,7 @@ def motions_of(database: Database, blends: int = PAPER_BLENDS, seed: int = 0
 
 def export(database: Database, out: Path, blends: int = PAPER_BLENDS, seed: int = 0,
            report: Callable[[str], None] = lambda name: None) -> int:
-    """Write clips/*.bvh, index.html with pages of a player, and sheet.csv.   ->  how many motions"""
+    """Write clips/*.bvh, index.html with pages of a player, and sheet.csv.   ->  how many"""
     motions, *_ = motions_of(database, blends, seed)
     for folder in ("clips", "pages"):
         (out / folder).mkdir(parents=True, exist_ok=True)
@@ -100,8 +100,8 @@ def labelled(database: Database, sheets: Sequence[str | Path], blends: int = PAP
     some = [n for n, (i, j) in enumerate(pairs)
             if not any(known[k] is None for k in (count + n, i, j))]
     if len(some) < LEAST:
-        raise LabelError(f"{', '.join(map(str, sheets))}: found {len(some)} blends that have labels "
-                         f"and whose parents have, needed at least {LEAST}; fill in more lines")
+        raise LabelError(f"{', '.join(map(str, sheets))}: found {len(some)} blends with labels "
+                         f"and with parents that have some, needed {LEAST}; fill in more lines")
     styles = [np.zeros(3) if x is None else x for x in known]
     complete = replace(database, fragments=tuple(
         replace(f, style=e) for f, e in zip(database.fragments, styles)))

@@ -283,7 +283,7 @@ def interpolate(a: Fragment, b: Fragment, alpha: float, path: np.ndarray | None 
     if not LOWEST <= alpha <= HIGHEST:
         raise AlignError(f"alpha: found {alpha}, needed {LOWEST} to {HIGHEST}")
     if a.fps != b.fps:
-        raise AlignError(f"{a.name}, {b.name}: found {a.fps:g} and {b.fps:g} frames/s, needed one rate")
+        raise AlignError(f"{a.name}, {b.name}: found {a.fps:g} and {b.fps:g} frames/s, needed one")
     if a.angles.shape[1:] != b.angles.shape[1:]:
         raise AlignError(f"{a.name}, {b.name}: found angles of shapes {a.angles.shape} and "
                          f"{b.angles.shape}, needed those of one skeleton")

@@ -175,8 +175,8 @@ def blend_clips(A: Clip, B: Clip, alpha: float) -> tuple[Clip, Blend, float, flo
     Raises PoseError, AlignError.
     """
     body, fps = fit_body([A, B]), max(A.fps, B.fps)
-    made = blend(*(fragment_of(clip, body, name, fps=fps) for clip, name in ((A, "A"), (B, "B"))),
-                 alpha, body)
+    a, b = (fragment_of(clip, body, name, fps=fps) for clip, name in ((A, "A"), (B, "B")))
+    made = blend(a, b, alpha, body)
     bones, offsets = ((1 - alpha) * np.asarray(a) + alpha * np.asarray(b) for a, b in (
         (fit_body([A]).bones, fit_body([B]).bones),
         [[joint.offset for joint in clip.joints] for clip in (A, B)]))

@@ -62,7 +62,7 @@ def without_habits(sequences: Sequence[np.ndarray], performer: Sequence[str]) ->
     >>> without_habits([np.array([[1.0]]), np.array([[3.0]])], ["she", "she"])
     [array([[-1.]]), array([[1.]])]
     """
-    of = {who: np.mean(np.concatenate([x for x, by in zip(sequences, performer) if by == who]), axis=0)
+    of = {who: np.concatenate([x for x, by in zip(sequences, performer) if by == who]).mean(axis=0)
           for who in dict.fromkeys(performer)}
     return [x - of[by] for x, by in zip(sequences, performer)]
 
@@ -123,8 +123,8 @@ def groups(far: np.ndarray, count: int) -> tuple[np.ndarray, str]:
                                          return_counts=True)
     swallowed = count > 1 and len(far) > 3 and sizes.max() > SWALLOWED * len(far)
     return np.argsort(np.argsort(first))[inverse], (
-        f"one of {count} groups holds {sizes.max()} of {len(far)} fragments: their contents are not "
-        "told apart; name them, or ask for more" if swallowed else "")
+        f"one of {count} groups holds {sizes.max()} of {len(far)} fragments: contents are not told "
+        "apart; name them, or ask for more" if swallowed else "")
 
 
 def each_once(far: np.ndarray, performer: Sequence[str], rounds: int = 4) -> np.ndarray:

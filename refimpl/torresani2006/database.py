@@ -44,7 +44,7 @@ class Database:
     labelled: bool = False
     performers: tuple[str, ...] | None = None
     warning: str = ""
-    between: Callable[[Fragment, Fragment, float, Body], Fragment] = field(default=smooth, repr=False)
+    between: Callable[[Fragment, Fragment, float, Body], Fragment] = smooth
 
     def blend(self, i: int, j: int, alpha: float) -> Fragment:
         """Two of the fragments, blended."""
@@ -143,8 +143,8 @@ def read_database(folder: str | Path, *, labels: str | Path | None = None,
     if labels is None:
         found = _grouped([fragment_of(clip, body, path.stem, content[path], fps=fps)
                           for path, clip in clips.items()], body, contents, styles)
-        known = len(named) >= len(paths)
-        return replace(found, performers=tuple(named[path][1] for path in clips) if known else None)
+        return replace(found, performers=tuple(named[path][1] for path in clips)
+                       if len(named) >= len(paths) else None)
     by_name, parts = {path.stem: path for path in paths}, []
     frames = {path.stem: clip.frames for path, clip in clips.items()}
     for line in joint(read_labels(labels, frames)):

@@ -11,11 +11,12 @@ and subtracted (`fits`); of what is left less than `SEEN` is not seen.
 
 The poles, and where they come from:
 
-- Weight, light -3 .. strong 3: the size of the movement. "Powerful, forceful, firm" against "gentle,
-  delicate" (Torresani 2006, section 2); EMOTE (Chi et al. 2000) lets strong movement reach further.
+- Weight, light -3 .. strong 3: the size of the movement. "Powerful, forceful, firm" against
+  "gentle, delicate" (Torresani 2006, section 2); EMOTE (Chi et al. 2000) lets strong movement reach
+  further.
 - Time, sustained -3 .. sudden 3. "Not how long it takes to perform the movement" (section 2): how
-  fast for its size, which leaves out that large movement is faster by nature (isochrony, Viviani and
-  McCollum 1983); or how suddenly the energy changes.
+  fast for its size, which leaves out that large movement is faster by nature (isochrony, Viviani
+  and McCollum 1983); or how suddenly the energy changes.
 - Flow, bound -3 .. free 3: how little of the movement goes by fits, at twice its own frequency or
   more. "Controlled, contained" against "fluid, released" (section 2). The published measure is jerk
   (Larboulette and Gibet 2015), which the noise of a capture makes.
@@ -58,8 +59,9 @@ def smoothed(x: np.ndarray, fps: float, cut_off: float) -> np.ndarray:
 
 def fits(v: np.ndarray, weight: np.ndarray, fps: float) -> float:
     r"""How much of the speed goes by fits: log sqrt( F / M ). With b_k the cosine coefficients of v
-    and P_k = sum_j weight_j |b_jk|^2 / 2 the power at frequency f_k; with N the power of white noise
-    of the pose, which differences raise to N (2 fps sin(pi f_k / fps))^2, read off above 9 Hz:
+    and P_k = sum_j weight_j |b_jk|^2 / 2 the power at frequency f_k; with N the power of white
+    noise of the pose, which differences raise to N (2 fps sin(pi f_k / fps))^2, read off above 9
+    Hz:
 
         S(a, b) = sum over f_k in a..b of the power without noise, and with that of noise of `SEEN`,
         F = S(lo, 8 Hz),   M = S(0, lo),   lo = twice the root of the mean of f^2 below 4 Hz.
@@ -121,8 +123,8 @@ def by_paths(fragment: Fragment, body: Body) -> np.ndarray:
     return np.array([-fits(v, weight, fps), np.log(_size(x, weight)), sudden])
 
 
-# The best linear guess of the efforts that embedded performers have by three formulas, within actions
-# and across them (a test fits it again).
+# The best linear guess of the efforts that embedded performers have by three formulas, within
+# actions and across them (a test fits it again).
 BY_SWINGS = Sight("swings", by_swings, np.array([1.01, -1.52, 1.28]), np.array([3.9, 9.1, 6.8]),
                   np.array([2.8, 2.6, 6.4]))
 BY_PATHS = Sight("paths", by_paths, np.array([0.81, -1.89, 1.62]), np.array([3.7, 9.7, 6.4]),
@@ -162,6 +164,5 @@ def _lengths(body):
     """Of the bones below the carrier, 0 for the others.   ->  (J,)"""
     lengths = np.linalg.norm(body.bones, axis=1) * _below(body)
     if not lengths.sum() > 0:
-        raise ObserveError("body: found no bone below the joint that carries it, needed some to see "
-                           "it move")
+        raise ObserveError("body: found no bone below the joint that carries it, needed one")
     return lengths

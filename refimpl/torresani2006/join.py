@@ -1,4 +1,4 @@
-"""Motions one after the other (section 7.2: "concatenating"; of the seams the paper says nothing)."""
+"""Motions one after the other (section 7.2; the paper says nothing of the seams)."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -77,7 +77,7 @@ def _set_down(part, before, body):
 
 
 def at_origin(root: np.ndarray, heading: float, body: Body) -> np.ndarray:
-    """A root (T, 4) that begins at the floor's origin with this heading, in radians.   ->  (T, 4)"""
+    """A root (T, 4) that begins at the floor's origin with this heading (radians).   ->  (T, 4)"""
     moved, floor, angle = root.copy(), body.floor, heading - root[0, HEADING]
     moved[:, floor] = turned(root[:, floor] - root[0, floor], angle, body.up)
     moved[:, HEADING] += angle

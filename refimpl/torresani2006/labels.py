@@ -1,4 +1,4 @@
-"""An analyst's labels, or several analysts': a CSV file of motions and of their flow, weight, time."""
+"""Labels by one or several analysts: a CSV file of motions and their flow, weight and time."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -12,7 +12,7 @@ from ..storage import read_table
 from .observe import EFFORTS, LIMIT
 
 HEADER = ["clip", "start", "end", *EFFORTS]
-ANALYST = "analyst"                                          # a further column, which may be left out
+ANALYST = "analyst"                     # a further column, which may be left out
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,8 @@ def joint(labels: Sequence[Label]) -> list[Label]:
 
 def agreement(labels: Sequence[Label]) -> dict[str, dict[str, float]]:
     """How far analysts agree, by effort: the mean over pairs of analysts of their correlation, and
-    the mean difference by size, over the stretches that both have labelled; nothing for one analyst.
+    the mean difference by size, over the stretches that both have labelled; nothing for one
+    analyst.
 
     >>> agreement([Label("bow", 0, 9, np.zeros(3), 2)])
     {}

@@ -1,10 +1,11 @@
-r"""Styles as points e = (flow, weight, time) in [-3, 3]^3: from an analyst's label file (`labels`), or
-from a computed observer.
+r"""Styles as points e = (flow, weight, time) in [-3, 3]^3: from an analyst (`labels`) or from a
+computed observer.
 
-A computed observer is no analyst. `efforts` has the two that are used; `PUBLISHED`, here, is kept as
-the literature has it, unfiltered: on recorded clips it measures the noise of their capture. It
-starts from three descriptors that Larboulette and Gibet 2015, "A review of computable expressive descriptors of human motion", collect from the literature,
-here with alpha_k the weight of joint k, T a window of time and the numbers of their equations:
+A computed observer is no analyst. `efforts` has the two that are used; `PUBLISHED`, here, is kept
+as the literature has it, unfiltered: on recorded clips it measures the noise of their capture. It
+starts from three descriptors that Larboulette and Gibet 2015, "A review of computable expressive
+descriptors of human motion", collect from the literature, here with alpha_k the weight of joint k,
+T a window of time and the numbers of their equations:
 
     Weight(T) = max over t in T of sum_k alpha_k |v_k(t)|^2   (22 and 23; large: strong)
     Time(T)   = sum_k alpha_k 1/T sum_t |a_k(t)|              (24 and 25; large: sudden)

@@ -247,8 +247,8 @@ def _of_one_persona(ranked, database):
         errors.append(best)
     shared = set.intersection(*map(set, errors))
     if not shared:
-        raise SynthesisError("persona: found no two performers among the neighbours of every piece, "
-                             "needed two; raise the number of neighbours")
+        raise SynthesisError("persona: found no two performers near every piece, needed two; "
+                             " raise the number of neighbours")
     pair = min(sorted(shared), key=lambda names: sum(best[names] for best in errors))
     return [[c for c in choices if (who[c.i], who[c.j]) == pair] for choices in ranked]
 
