@@ -153,8 +153,8 @@ def contents_found(cast: Cast) -> dict[str, dict[str, float]]:
     fragments, who = cast.database.fragments, cast.performer.tolist()
     names = [f.content for f in fragments]
     count, lengths = len(set(names)), np.array([f.frames for f in fragments])
-    far = all_pairs(without_habits([f.angles for f in fragments], who)) / np.maximum(
-        lengths[:, None], lengths)
+    far = all_pairs(without_habits([f.angles for f in fragments], who)) / (
+        lengths[:, None] + lengths)
     ways = {"chains of matches (section 4)":
             clusters(cast.database.ssd, threshold_for(cast.database.ssd, count)),
             "complete linkage, habits out": groups(far, count)[0],

@@ -19,7 +19,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import squareform
 
-from .align import AlignError, all_pairs, dtw
+from .align import AlignError, dtw, pair_costs
 from .segment import Piece, segment
 
 RIDGE, PAIRS = 0.1, 30                  # of the mean diagonal; of each content, looked at
@@ -97,12 +97,14 @@ def contents_of_names(sequences: Sequence[np.ndarray], names: Sequence[str],
     repeated = len(set(names)) < len(names)
     W = whitening(free, names) if repeated else np.eye(free[0].shape[1])
     seen = [x @ W for x in free]
-    lengths = np.array([len(x) for x in seen])
-    far = all_pairs(seen) / np.maximum(lengths[:, None], lengths)
-    others = (np.array(names)[:, None] == np.array(names)) & ~np.eye(len(names), dtype=bool)
+    others = np.array(names)[:, None] == np.array(names)
     if len(set(performer)) > 1:
         others &= np.array(performer)[:, None] != np.array(performer)
-    own = np.where(others, far, np.inf).min(axis=1)
+    i, j = np.nonzero(np.triu(others, 1))
+    far = np.full(others.shape, np.inf)
+    far[i, j] = far[j, i] = pair_costs([(seen[a], seen[b]) for a, b in zip(i, j)]) / np.maximum(
+        *(np.array([len(seen[n]) for n in some]) for some in (i, j)))
+    own = far.min(axis=1)
     return Contents(seen, list(names), W, own[np.isfinite(own)])
 
 

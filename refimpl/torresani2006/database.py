@@ -87,8 +87,10 @@ def database_of(fragments: Sequence[Fragment], body: Body, *, contents: int | No
     if len(fragments) < 1 + styles:
         raise DatabaseError(f"fragments: found {len(fragments)}, needed at least 2 to interpolate "
                             "between")
-    ssd = all_pairs([f.angles for f in fragments])
-    if any(f.content is None for f in fragments):
+    unknown = any(f.content is None for f in fragments)
+    ssd = (all_pairs([f.angles for f in fragments]) if styles or unknown else
+           np.full((len(fragments),) * 2, np.nan))
+    if unknown:
         count = contents or max(1, round(len(fragments) / 12))
         found = clusters(ssd, threshold_for(ssd, count))
         fragments = [replace(f, content=f"content {c + 1}") for f, c in zip(fragments, found)]
@@ -164,7 +166,7 @@ def _grouped(fragments, body, contents, styles):
     warning = ""
     if any(f.content is None for f in fragments) and len(fragments) > 1:
         lengths = np.array([f.frames for f in fragments])
-        far = all_pairs([f.angles for f in fragments]) / np.maximum(lengths[:, None], lengths)
+        far = all_pairs([f.angles for f in fragments]) / (lengths[:, None] + lengths)
         found, warning = groups(far, contents or max(1, round(len(fragments) / 12)))
         fragments = [replace(f, content=f"content {n + 1}") for f, n in zip(fragments, found)]
     return replace(database_of(fragments, body, styles=styles), warning=warning)
