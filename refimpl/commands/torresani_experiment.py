@@ -113,7 +113,8 @@ def _measured(cast, arguments):
     if "table 1" in arguments.only:
         found["table 1"] = {}
         for sight in (BY_SWINGS, BY_PATHS):
-            own = database_of([replace(f, style=None) for f in database.fragments], database.body, sight=sight)
+            own = database_of([replace(f, style=None) for f in database.fragments], database.body,
+                              sight=sight)
             errors = learning.table_1(
                 learning.drawn(own), arguments.draws, arguments.splits, seed=seed,
                 report=Progress(arguments.draws, f"draw, labels by {sight.name}").step)

@@ -23,6 +23,8 @@ from .align import AlignError, dtw, pair_costs
 from .segment import Piece, segment
 
 RIDGE, PAIRS = 0.1, 30                  # of the mean diagonal; of each content, looked at
+ROUNDS = 1                              # of finding a habit and cutting anew
+STRANGE = 1.5                           # times as far as a fragment lies from its own content
 SWALLOWED = 0.5                         # share of all in one group that is warned of
 
 
@@ -39,21 +41,30 @@ class Contents:
     whitening: np.ndarray = field(repr=False)
     own: np.ndarray = field(repr=False)
 
-    def seen(self, angles: np.ndarray) -> np.ndarray:
-        """A motion by one performer as the sequences are.   (T, D) radians  ->  (T, D)"""
-        return (angles - angles.mean(axis=0)) @ self.whitening
-
-    def cut(self, angles: np.ndarray) -> tuple[float, list[Piece]]:
-        """Equations 8 to 11 of the motion as it is seen.   ->  as `segment.segment`"""
-        return segment(self.seen(angles), self.sequences)
+    def cut(self, angles: np.ndarray, rounds: int = ROUNDS) -> tuple[float, list[Piece]]:
+        """Equations 8 to 11 of a motion by one performer, seen as the sequences are. The habit is
+        its mean pose at first, which is also that of what is done; then what is left between it and
+        the fragments that it matches, in `rounds`.   ->  as `segment.segment`
+        """
+        seen = (angles - angles.mean(axis=0)) @ self.whitening
+        cost, pieces = segment(seen, self.sequences)
+        for _ in range(rounds):
+            left = []
+            for piece in pieces:
+                Y, X = seen[piece.start:piece.end], self.sequences[piece.fragment]
+                p, q = dtw(Y, X)[1].T
+                left.append((piece.end - piece.start) * (Y[p] - X[q]).mean(axis=0))
+            seen = seen - np.sum(left, axis=0) / len(seen)
+            cost, pieces = segment(seen, self.sequences)
+        return cost, pieces
 
     def like(self, piece: Piece) -> float:
-        """How far a piece lies from the fragment that it matches, beside the farthest that a
-        fragment's content lies from it: above 1 it is like nothing in the database.
+        """How far a piece lies from the fragment that it matches, beside `STRANGE` times the
+        farthest that a fragment lies from its own content: above 1 it is like nothing there.
         """
         if not len(self.own):
             return float("nan")                              # nobody did anything twice
-        return piece.cost / (piece.end - piece.start) / max(float(self.own.max()), 1e-12)
+        return piece.cost / (piece.end - piece.start) / max(STRANGE * float(self.own.max()), 1e-12)
 
 
 def without_habits(sequences: Sequence[np.ndarray], performer: Sequence[str]) -> list[np.ndarray]:

@@ -1,4 +1,4 @@
-"""The two observers: on performers by three formulas, under noise, and under what must not matter."""
+"""The two observers: performers by three formulas, noise, and what must not matter."""
 
 from dataclasses import replace
 
