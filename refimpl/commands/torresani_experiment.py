@@ -73,7 +73,9 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.export_blends:
         out = Path(arguments.export_blends)
         progress = Progress(len(database.fragments) + arguments.blends, "motion")
-        count = sheets.export(database, out, arguments.blends, seed, progress.step)
+        from ..pictures.player import animation_html
+        count = sheets.export(database, out, arguments.blends, seed, progress.step,
+                              page=animation_html)
         print(f"{out}: {count} motions in clips/, index.html to look at them, sheet.csv to fill in")
         return
     if arguments.labels:

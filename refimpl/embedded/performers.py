@@ -195,12 +195,12 @@ def _passing(content, number, effort):
     poses, seconds, feet, _ = _phases(content, number, 70, 1.0 + 0.1 * weight, 0.1)
     k, free = 5.4 * 2.0 ** (1.3 * time / 3), (flow + EFFORT_LIMIT) / (2 * EFFORT_LIMIT)
 
-    def stroke(u):
+    def _stroke(u):
         u = np.clip(u, 0, 1)
         s, least = 1 / (1 + np.exp(-k * (2 * u - 1))), 1 / (1 + np.exp(k))
         over = np.where(u < 0.5, 0.6, 1.0) * np.sin(2 * np.pi * u) * 4 * u * (1 - u)
         return (s - least) / (1 - 2 * least) - 0.1 * max(weight, 0) / 3 * over
-    angles, support, _ = _strokes(poses, 1.1 * seconds, feet, stroke)
+    angles, support, _ = _strokes(poses, 1.1 * seconds, feet, _stroke)
     angles = gaussian_filter1d(angles, 1 + 7 * free, axis=0, mode="nearest")
     n, every = np.arange(len(angles)), 9.0
     warped = n + 0.9 * (1 - free) * every / (2 * np.pi) * np.sin(2 * np.pi * n / every)
@@ -216,15 +216,15 @@ def _submovements(content, number, effort):
     poses, seconds, feet, rng = _phases(content, number, 71, 1.0 + 0.12 * weight, 0.1)
     bound = (EFFORT_LIMIT - flow) / (2 * EFFORT_LIMIT)
 
-    def least_jerk(u):
+    def _least_jerk(u):
         u = np.clip(u, 0, 1)
         return u ** 3 * (10 - 15 * u + 6 * u * u)
 
-    def stroke(u):
+    def _stroke(u):
         v = np.clip((u - 0.5) / (0.75 - 0.13 * time) + 0.5, 0, 1)
-        steps = sum(least_jerk(4 * v - k) for k in range(4)) / 4
-        return (1 - 0.75 * bound) * least_jerk(v) + 0.75 * bound * steps
-    angles, support, clock = _strokes(poses, seconds * 2.0 ** (-time / 10), feet, stroke)
+        steps = sum(_least_jerk(4 * v - k) for k in range(4)) / 4
+        return (1 - 0.75 * bound) * _least_jerk(v) + 0.75 * bound * steps
+    angles, support, clock = _strokes(poses, seconds * 2.0 ** (-time / 10), feet, _stroke)
     phase = rng.uniform(0, 2 * np.pi, angles.shape[1:])
     rate = 2 * np.pi * rng.uniform(4, 6, angles.shape[1:])
     return angles + 0.5 * bound * np.sin(rate * clock[:, None, None] + phase), support

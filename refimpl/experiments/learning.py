@@ -19,7 +19,7 @@ from ..torresani2006.regress import (ALPHA, E_I, E_J, fit_model, linear_interpol
 from ..torresani2006.synthesise import rank_pairs
 
 PAPER_BLENDS, TRAINING, DRAWS, SPLITS = 105, 85, 20, 5
-PUBLISHED = {                                                # Table 1: flow, weight, time
+PAPER_TABLE_1 = {                                                # Table 1: flow, weight, time
     "linear interpolation": (0.65, 0.97, 1.01), "linear ridge": (1.03, 1.04, 1.01),
     "kernel ridge": (0.50, 0.39, 0.60), "support vector": (0.48, 0.48, 0.61)}
 LEARNT = ("linear ridge", "kernel ridge", "support vector")
@@ -94,10 +94,10 @@ def table_1(draw: Callable[[np.random.Generator], tuple[np.ndarray, np.ndarray]]
 def drawn(database: Database, blends: int = PAPER_BLENDS
           ) -> Callable[[np.random.Generator], tuple[np.ndarray, np.ndarray]]:
     """Blends of a database, as `table_1` draws them, labelled by its observer."""
-    def draw(rng):
+    def _draw(rng):
         made = random_blends(database, blends, rng)
         return inputs_of(database, made), made.styles
-    return draw
+    return _draw
 
 
 def summary(errors: Mapping[str, np.ndarray]) -> dict[str, dict[str, list[float]]]:
@@ -123,7 +123,7 @@ def table_rows(found: Mapping[str, Mapping[str, list[float]]]) -> list[list[str]
     """
     rows = [["model", *EFFORTS, *(f"R2 {effort}" for effort in EFFORTS), "paper"]]
     for row, x in found.items():
-        paper = PUBLISHED.get(row)
+        paper = PAPER_TABLE_1.get(row)
         rows.append([row, *(f"{e:.2f} ± {s:.2f}" for e, s in zip(x["error"], x["spread"])),
                      *(f"{r:.2f}" for r in x["R2"]),
                      " ".join(f"{p:.2f}" for p in paper) if paper else ""])

@@ -16,7 +16,6 @@ from ..motion.body import make_take
 from ..motion.bvh import write_bvh
 from ..motion.dataset import LabelError
 from ..motion.features import FPS
-from ..pictures import player
 from ..storage import atomic_write
 from ..torresani2006.align import HIGHEST, LOWEST
 from ..torresani2006.database import Blends, Database, random_pairs
@@ -25,7 +24,7 @@ from ..torresani2006.observe import EFFORTS, POLES
 from ..torresani2006.poses import Fragment, clip_of
 from .learning import PAPER_BLENDS, TRAINING, inputs_of, summary, table_1
 
-LEAST = 12                              # blends with labels that a table can be made of
+FEWEST = 12                             # blends with labels that a table can be made of
 A_PAGE, PICTURES = 3, 40
 _INDEX = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>Motions to label</title></head><body>
@@ -54,8 +53,13 @@ def motions_of(database: Database, blends: int = PAPER_BLENDS, seed: int = 0
 
 
 def export(database: Database, out: Path, blends: int = PAPER_BLENDS, seed: int = 0,
-           report: Callable[[str], None] = lambda name: None) -> int:
-    """Write clips/*.bvh, index.html with pages of a player, and sheet.csv.   ->  how many"""
+           report: Callable[[str], None] = lambda name: None, *,
+           page: Callable[[dict[str, np.ndarray], float, Path, int], Any]) -> int:
+    """Write clips/*.bvh, index.html with the pages, and sheet.csv.
+
+    page : writes motions {name: (T, 21, 3)} at a frame rate to a file, so many pictures of them
+    ->  how many motions
+    """
     motions, *_ = motions_of(database, blends, seed)
     for folder in ("clips", "pages"):
         (out / folder).mkdir(parents=True, exist_ok=True)
@@ -71,9 +75,9 @@ def export(database: Database, out: Path, blends: int = PAPER_BLENDS, seed: int 
                 pass
             report(name)
         if seen:
-            page = f"pages/{names[first]}.html"
-            player.animation_html(seen, FPS, out / page, PICTURES)
-            links.append(f'<li><a href="{page}">{html.escape(", ".join(seen))}</a></li>')
+            name = f"pages/{names[first]}.html"
+            page(seen, FPS, out / name, PICTURES)
+            links.append(f'<li><a href="{name}">{html.escape(", ".join(seen))}</a></li>')
     with atomic_write(out / "index.html") as file:
         file.write(_INDEX.format("; ".join(f"{e}: {p}" for e, p in zip(EFFORTS, POLES)),
                                  "\n".join(links)))
@@ -99,9 +103,9 @@ def labelled(database: Database, sheets: Sequence[str | Path], blends: int = PAP
     known = [style.get(name) for name in names]
     some = [n for n, (i, j) in enumerate(pairs)
             if not any(known[k] is None for k in (count + n, i, j))]
-    if len(some) < LEAST:
+    if len(some) < FEWEST:
         raise LabelError(f"{', '.join(map(str, sheets))}: found {len(some)} blends with labels "
-                         f"and with parents that have some, needed {LEAST}; fill in more lines")
+                         f"and with parents that have some, needed {FEWEST}; fill in more lines")
     styles = [np.zeros(3) if x is None else x for x in known]
     complete = replace(database, fragments=tuple(
         replace(f, style=e) for f, e in zip(database.fragments, styles)))

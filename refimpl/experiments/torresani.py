@@ -13,7 +13,7 @@ import numpy as np
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
 from ..embedded.sample import BANDAI
 from ..torresani2006.align import HIGHEST, LOWEST
-from ..torresani2006.blend import as_printed, blend, peak_acceleration
+from ..torresani2006.blend import as_printed, peak_acceleration, steady_blend
 from ..torresani2006.database import (Database, blend_inputs, coefficients, embedded_database,
                                       random_pairs, read_database, without)
 from ..torresani2006.efforts import BY_SWINGS
@@ -166,7 +166,7 @@ def three_way(database: Database, *, trials: int = 40, seed: int = 0) -> dict[st
 def blends_that_pop(database: Database, count: int = 1000, *, seed: int = 0,
                     report: Callable[[str], None] = lambda text: None) -> dict[str, float]:
     """Random blends, alpha in [-0.25, 1.25]: shares whose peak acceleration is above twice the
-    larger parent's, as printed and as `blend.blend` makes them, and what that took.
+    larger parent's, as printed and as `steady_blend` makes them, and what that took.
     """
     rng = np.random.default_rng([seed, 21])
     pairs, alpha = random_pairs(database, count, rng), rng.uniform(LOWEST, HIGHEST, count)
@@ -176,7 +176,7 @@ def blends_that_pop(database: Database, count: int = 1000, *, seed: int = 0,
         larger = max(peak_acceleration(f, database.body) for f in parents)
         printed.append(peak_acceleration(as_printed(*parents, a, database.body), database.body)
                        > 2 * larger)
-        made = blend(*parents, a, database.body)
+        made = steady_blend(*parents, a, database.body)
         took.append((peak_acceleration(made.fragment, database.body) > 2 * larger * (1 + 1e-9),
                      not made.limited, made.straight > 0, made.slower > 1))
         report("")

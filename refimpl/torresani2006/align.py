@@ -1,7 +1,6 @@
 r"""Content match (section 4, equations 3 to 5) and space-time interpolation (section 5).
 
-Frames count from 0, in the paper from 1. Angles are in radians, sums of squared differences (SSD)
-in radians squared.
+Frames count from 0, in the paper from 1; sums of squared differences (SSD) in radians squared.
 """
 
 from collections.abc import Sequence
@@ -16,7 +15,7 @@ from .poses import HEADING, Fragment
 
 LOWEST, HIGHEST = -0.25, 1.25           # alpha: a quarter beyond both ends
 SMOOTH = 6.0                            # standard deviation of the Gaussian over a path, in frames
-PATH_STEPS = ((1, 1), (1, 0), (0, 1))        # of a path, of equals the first
+PATH_STEPS = ((1, 1), (1, 0), (0, 1))   # of a path, of equals the first
 CELLS = 6_000_000                       # of distance at a time: about 150 MB
 
 
@@ -157,8 +156,7 @@ def all_pairs(sequences: Sequence[np.ndarray]) -> np.ndarray:
 def clusters(ssd: np.ndarray, threshold: float) -> np.ndarray:
     """Contents: fragments linked by chains of matches, pairs whose SSD is below a threshold.
 
-    ssd : (N, N)  ->  (N,) numbers from 0 in the order of their first fragments.
-    Raises AlignError for another shape.
+    ssd : (N, N)  ->  (N,) from 0 in the order of first fragments.   Raises AlignError.
 
     >>> clusters(np.array([[0.0, 9.0, 1.0], [9.0, 0.0, 9.0], [1.0, 9.0, 0.0]]), 2.0)
     array([0, 1, 0])
@@ -198,7 +196,6 @@ def time_curve(path: np.ndarray, smooth: float = SMOOTH,
 
     The steps are smoothed by a Gaussian of `smooth` frames, reflected about both ends so that these
     stay (0 keeps the steps: motion then halts where one stands still).
-
     path : (L, 2);  straight : how far the curve is drawn to the straight line, from 0 to 1
     ->  curve (L, 2), n0 (T_i,), n1 (T_j,).
     Raises AlignError for a path that equations 4 and 5 do not allow.
@@ -272,7 +269,7 @@ def interpolate(a: Fragment, b: Fragment, alpha: float, path: np.ndarray | None 
     them (ahead, aside, turning) and added up again from a start between both.
 
     alpha : in [-0.25, 1.25], 0 for a and 1 for b;  path : w* if it is known;  up : "y" or "z";
-    straight, slower : see `synchronised`; `blend.blend` finds them.
+    straight, slower : see `synchronised`; `blend.steady_blend` finds them.
     Raises AlignError for another alpha, rates or angles that differ, a path of other fragments.
 
     >>> low, high = (Fragment(name, "bow", None, np.full((3, 3), angle), np.zeros((3, 4)))

@@ -33,7 +33,7 @@ from .poses import (POSE_FPS, POSITION, Body, Fragment, clip_of, fit_body, fragm
 
 STEEPEST = 3
 PEAK = 2.0
-STRAIGHT = 0.0, 0.5, 1.0
+DRAWN = 0.0, 0.5, 1.0
 JOLT = 1.25                             # times the parents' or the blend's peak, of feet held
 
 
@@ -101,7 +101,7 @@ def peak_acceleration(fragment: Fragment, body: Body) -> float:
     return float(np.linalg.norm(second, axis=-1).max(initial=0.0)) * fragment.fps ** 2
 
 
-def blend(a: Fragment, b: Fragment, alpha: float, body: Body, peak: float = PEAK) -> Blend:
+def steady_blend(a: Fragment, b: Fragment, alpha: float, body: Body, peak: float = PEAK) -> Blend:
     """A blend of two fragments of one content that does not pop.
 
     alpha : in [-0.25, 1.25], 0 for a and 1 for b;  peak : how many times the larger parent's its
@@ -109,7 +109,7 @@ def blend(a: Fragment, b: Fragment, alpha: float, body: Body, peak: float = PEAK
 
     >>> from refimpl.torresani2006.database import embedded_database
     >>> database = embedded_database(2)
-    >>> blend(*database.fragments[:2], 0.5, database.body).limited
+    >>> steady_blend(*database.fragments[:2], 0.5, database.body).limited
     True
     """
     if a.angles.shape[1:] != b.angles.shape[1:]:
@@ -121,7 +121,7 @@ def blend(a: Fragment, b: Fragment, alpha: float, body: Body, peak: float = PEAK
     made = partial(interpolate, a, b, alpha, along, body.up, width)
     larger = max(peak_acceleration(a, body), peak_acceleration(b, body), 1e-9)
     slower = 1.0
-    for straight in STRAIGHT:
+    for straight in DRAWN:
         fragment = made(straight=straight)
         found = peak_acceleration(fragment, body) / larger
         if found <= peak:
@@ -135,8 +135,8 @@ def blend(a: Fragment, b: Fragment, alpha: float, body: Body, peak: float = PEAK
 
 
 def smooth(a: Fragment, b: Fragment, alpha: float, body: Body) -> Fragment:
-    """The blend alone, see `blend`."""
-    return blend(a, b, alpha, body).fragment
+    """The blend alone, see `steady_blend`."""
+    return steady_blend(a, b, alpha, body).fragment
 
 
 def as_printed(a: Fragment, b: Fragment, alpha: float, body: Body) -> Fragment:
@@ -176,7 +176,7 @@ def blend_clips(A: Clip, B: Clip, alpha: float) -> tuple[Clip, Blend, float, flo
     """
     body, fps = fit_body([A, B]), max(A.fps, B.fps)
     a, b = (fragment_of(clip, body, name, fps=fps) for clip, name in ((A, "A"), (B, "B")))
-    made = blend(a, b, alpha, body)
+    made = steady_blend(a, b, alpha, body)
     bones, offsets = ((1 - alpha) * np.asarray(a) + alpha * np.asarray(b) for a, b in (
         (fit_body([A]).bones, fit_body([B]).bones),
         [[joint.offset for joint in clip.joints] for clip in (A, B)]))

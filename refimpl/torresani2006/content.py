@@ -24,7 +24,7 @@ from .segment import Piece, segment
 
 RIDGE, PAIRS = 0.1, 30                  # of the mean diagonal; of each content, looked at
 ROUNDS = 1                              # of finding a habit and cutting anew
-STRANGE = 1.5                           # times as far as a fragment lies from its own content
+BEYOND_OWN = 1.5                        # times as far as a fragment lies from its own content
 SWALLOWED = 0.5                         # share of all in one group that is warned of
 
 
@@ -59,12 +59,12 @@ class Contents:
         return cost, pieces
 
     def like(self, piece: Piece) -> float:
-        """How far a piece lies from the fragment that it matches, beside `STRANGE` times the
-        farthest that a fragment lies from its own content: above 1 it is like nothing there.
+        """How far a piece lies from the fragment that it matches, beside `BEYOND_OWN` times
+        the farthest that a fragment lies from its own content: above 1 it is like nothing there.
         """
         if not len(self.own):
             return float("nan")                              # nobody did anything twice
-        return piece.cost / (piece.end - piece.start) / max(STRANGE * float(self.own.max()), 1e-12)
+        return piece.cost / (piece.end - piece.start) / max(BEYOND_OWN * float(self.own.max()), 1e-12)
 
 
 def without_habits(sequences: Sequence[np.ndarray], performer: Sequence[str]) -> list[np.ndarray]:

@@ -39,7 +39,7 @@ from .poses import Body, Fragment, fragment_positions, rotation_matrices
 CUT_OFF = 1.5, 2.0                      # Hz, half the power: of swings; of paths
 MAIN = 4.0                              # Hz: below it lies the movement whose frequency counts
 FITS = 2.0, 2.5, 6.0, 8.0               # times that frequency; from, to and up to how many Hz
-NOISE = 9.0                             # Hz: above it nothing but noise
+NOISE_FROM = 9.0                        # Hz: above it nothing but noise
 SEEN = 0.003                            # of a fit: radians; parts of L
 ISOCHRONY = 0.95                        # speed goes with this power of a movement's size
 REST = 0.1                              # of the energy's 95th percentile: below it, rest
@@ -73,7 +73,7 @@ def fits(v: np.ndarray, weight: np.ndarray, fps: float) -> float:
     P[0] /= 2
     f = np.arange(T) * fps / (2 * T)
     raised = (2 * fps * np.sin(np.pi * f / fps)) ** 2
-    high = f > NOISE
+    high = f > NOISE_FROM
     clean = P - raised * (P[high].sum() / raised[high].sum() if high.any() else 0.0)
     main = f < MAIN
     own = np.sqrt(max((f ** 2 * clean)[main].sum(), 0.0) / max(clean[main].sum(), 1e-12))

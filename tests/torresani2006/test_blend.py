@@ -50,15 +50,15 @@ def test_ends_and_mirror(pair):
 
 def test_guard_draws_straight_and_slows(pair):
     (a, b), body = pair
-    made = blend.blend(a, b, 0.5, body)
+    made = blend.steady_blend(a, b, 0.5, body)
     assert made.limited and (made.straight, made.slower) == (0.0, 1.0) and made.peak <= 2
-    tight = blend.blend(a, b, 0.5, body, peak=0.3)
+    tight = blend.steady_blend(a, b, 0.5, body, peak=0.3)
     assert tight.straight == 1.0 and tight.slower > 1 and tight.peak <= 0.3
     assert tight.fragment.frames > made.fragment.frames
     short = poses.Fragment("short", None, None, a.angles[::9], a.root[::9])
-    assert not blend.blend(a, short, 0.5, body).limited
+    assert not blend.steady_blend(a, short, 0.5, body).limited
     with pytest.raises(align.AlignError, match="one skeleton"):
-        blend.blend(a, poses.Fragment("x", None, None, a.angles[:, :6], a.root), 0.5, body)
+        blend.steady_blend(a, poses.Fragment("x", None, None, a.angles[:, :6], a.root), 0.5, body)
 
 
 def test_feet_are_held_and_nothing_pops(tmp_path):
