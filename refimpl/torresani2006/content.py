@@ -64,7 +64,8 @@ class Contents:
         """
         if not len(self.own):
             return float("nan")                              # nobody did anything twice
-        return piece.cost / (piece.end - piece.start) / max(BEYOND_OWN * float(self.own.max()), 1e-12)
+        far = piece.cost / (piece.end - piece.start)
+        return far / max(BEYOND_OWN * float(self.own.max()), 1e-12)
 
 
 def without_habits(sequences: Sequence[np.ndarray], performer: Sequence[str]) -> list[np.ndarray]:
