@@ -126,7 +126,7 @@ def by_paths(fragment: Fragment, body: Body) -> np.ndarray:
 # The best linear guess of the efforts that embedded performers have by three formulas, within
 # actions and across them (a test fits it again).
 BY_SWINGS = Sight("swings", by_swings, np.array([1.01, -1.52, 1.28]), np.array([3.9, 9.1, 6.8]),
-                  np.array([2.8, 2.6, 6.4]))
+                  np.array([2.7, 2.6, 6.4]))
 BY_PATHS = Sight("paths", by_paths, np.array([0.81, -1.89, 1.62]), np.array([3.7, 9.7, 6.4]),
                  np.array([2.6, 2.7, 5.3]))
 
