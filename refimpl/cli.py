@@ -14,14 +14,14 @@ from .blas import prefer
 
 prefer(os.environ)                                               # before NumPy is first imported
 
-from .commands import (bench, check, demo, evaluate, inspect, prepare, score,  # noqa: E402
-                       styles, torresani, train, train_2016, transfer)
+from .commands import (bench, blend, check, demo, evaluate, inspect, prepare,  # noqa: E402
+                       score, styles, torresani, train, train_2016, transfer)
 from .commands.options import InputFolder, OutputFolder, files_of  # noqa: E402
 from .commands.terminal import safe_streams  # noqa: E402
 from .storage import OutputError, check_outputs, identity, protected  # noqa: E402
 
-GROUPS = (styles, demo, inspect, prepare, train, train_2016, transfer, evaluate, score, torresani,
-          check, bench)
+GROUPS = (styles, demo, inspect, prepare, train, train_2016, transfer, evaluate, score, blend,
+          torresani, check, bench)
 
 
 class Parser(argparse.ArgumentParser):

@@ -1,30 +1,27 @@
-"""`refimpl segment`, `refimpl synthesise`, `refimpl experiment torresani`: the 2006 system."""
+"""`refimpl segment` and `refimpl synthesise`: the 2006 system; `refimpl experiment`."""
 
 import argparse
 from dataclasses import replace
 from pathlib import Path
+import sys
 from typing import Any
 
 import numpy as np
 
 from ..motion.bvh import read_bvh, write_bvh
 from ..motion.dataset import PATTERN, find_clips
-from ..storage import atomic_write
-from ..experiments import torresani as experiment
-from ..embedded import performers
+from ..torresani2006.blend import standing
 from ..torresani2006.database import BLENDS, embedded_database, read_database, train
-from ..torresani2006.observe import EFFORTS
+from ..torresani2006.efforts import BY_PATHS
+from ..torresani2006.observe import EFFORTS, POLES, fit_observer
 from ..torresani2006.poses import clip_of, fit_body, fragment_of, size_ratio
 from ..torresani2006.regress import MODELS
 from ..torresani2006.segment import segment
 from ..torresani2006.synthesise import (LOOKS, NEIGHBOURS, check_style, contents_of, observed_style,
-                                        synthesise)
-from . import bodies, code_2016, ground, holden
-from .options import (InputFolder, InputPath, OutputClip, OutputFolder, there_already, whole,
-                      write_json)
+                                        restyle)
+from . import bodies, code_2016, ground, holden, torresani_experiment
+from .options import InputFolder, InputPath, OutputClip, OutputPath, whole, write_report
 from .progress import Progress, table
-
-POLES = ("bound -3 .. free 3", "light -3 .. strong 3", "sustained -3 .. sudden 3")
 
 
 def add_commands(commands: Any) -> None:
@@ -34,6 +31,11 @@ def add_commands(commands: Any) -> None:
         description="Cut a clip into pieces, each matched by a fragment of a database (equations 8 "
         "to 11).")
     _add_database(command)
+    command.add_argument("--as-printed", action="store_true",
+                         help="compare poses as equation 3 has them; otherwise, where file names "
+                         "tell performers, each one's mean pose is taken out and what differs "
+                         "within actions counts less")
+    command.add_argument("--json", metavar="FILE", type=OutputPath, help="write the rows as JSON")
     command.set_defaults(run=run_segment)
     command = commands.add_parser(
         "synthesise", help="a clip with the flow, weight and time that you ask for",
@@ -52,6 +54,8 @@ def add_commands(commands: Any) -> None:
                          help="of the N best pairs take the one whose blend the computed observer "
                          f"sees nearest; 1 trusts the prediction alone (default: {LOOKS}, with "
                          "--labels 1)")
+    command.add_argument("--persona", action="store_true",
+                         help="blend the same two performers in every piece")
     command.add_argument("--seed", type=whole(0), default=0, metavar="N",
                          help="of the blends learnt from (default: %(default)s)")
     command.set_defaults(run=run_synthesise)
@@ -62,29 +66,7 @@ def add_commands(commands: Any) -> None:
     ground.add_command(papers)
     code_2016.add_command(papers)
     bodies.add_command(papers)
-    command = papers.add_parser(
-        "torresani",
-        help="Table 1 and Figure 1 of Torresani 2006, segmentation and synthesis measured",
-        description="Table 1 and Figure 1 of Torresani 2006, beside the paper's numbers; how "
-        "phrases are cut; whether a style asked for is seen.")
-    command.add_argument("folder", metavar="FOLDER", nargs="?", type=InputFolder,
-                         help="BVH clips, five actions by twelve performers; the embedded "
-                         "performers unless given")
-    command.add_argument("--out", metavar="DIR", type=OutputFolder,
-                         default=OutputFolder("refimpl-torresani"),
-                         help="made if missing (default: %(default)s)")
-    command.add_argument("--pattern", metavar="REGEX", default=PATTERN,
-                         help="named groups content and style (here: the performer)")
-    command.add_argument("--splits", type=whole(1), default=experiment.SPLITS, metavar="N",
-                         help="(default: %(default)s)")
-    command.add_argument("--trials", type=whole(1), default=10, metavar="N",
-                         help="styles asked for, of each performer (default: %(default)s)")
-    command.add_argument("--seed", type=whole(0), default=0, metavar="N",
-                         help="(default: %(default)s)")
-    command.set_defaults(
-        run=run_experiment, also_writes=lambda a: there_already(a.out, [
-            "table_1.csv", "figure_1.csv", "figure_1_1.png", "figure_1_2.png", "figure_1_3.png",
-            "report.json", "phrase.bvh"]))
+    torresani_experiment.add_command(papers)
 
 
 def _add_database(command):
@@ -104,7 +86,7 @@ def _add_database(command):
                          "(default: one for every 12)")
 
 
-def _load(arguments):
+def _load(arguments, styles=True):
     """->  the database, the clip, the clip as a fragment"""
     clip = read_bvh(arguments.clip)
     if arguments.database is None:
@@ -114,29 +96,42 @@ def _load(arguments):
         database = embedded_database()
     else:
         progress = Progress(len(find_clips(arguments.database)), "clip")
-        database = read_database(arguments.database, labels=arguments.labels,
+        database = read_database(arguments.database, labels=arguments.labels, styles=styles,
                                  pattern=arguments.pattern, contents=arguments.contents,
                                  report=lambda path: progress.step(path.name))
+    if database.warning:
+        print(f"refimpl: {database.warning}", file=sys.stderr)
     return database, clip, fragment_of(clip, database.body, Path(arguments.clip).stem)
+
+
+def _cut(database, Y, printed=False):
+    """->  SSD, pieces, how far each lies from the database (above 1: nothing there is like it)"""
+    if printed or database.performers is None:
+        cost, pieces = segment(Y.angles, [fragment.angles for fragment in database.fragments])
+        return cost, pieces, [float("nan")] * len(pieces)
+    view = database.contents()
+    cost, pieces = view.cut(Y.angles)
+    return cost, pieces, [view.like(piece) for piece in pieces]
 
 
 def run_segment(arguments: argparse.Namespace) -> None:
     """Print how a clip is cut. A ValueError says what cannot be read or does not fit."""
-    database, clip, Y = _load(arguments)
-    cost, pieces = segment(Y.angles, [fragment.angles for fragment in database.fragments])
-    print("\n".join(table(_piece_rows(database, pieces, Y.fps, clip.fps))))
-    print(f"{arguments.clip}: {len(pieces)} pieces, SSD {cost:.5g}")
-
-
-def _piece_rows(database, pieces, fps, file_fps):
-    """Header and a row a piece: frames of the file, seconds, content, fragment, SSD."""
-    rows = [["content", "first frame", "last frame", "from s", "to s", "SSD", "fragment"]]
-    for piece in pieces:
-        fragment = database.fragments[piece.fragment]
-        first, last = round(piece.start * file_fps / fps), round((piece.end - 1) * file_fps / fps)
-        rows.append([fragment.content, str(first), str(last), f"{piece.start / fps:.2f}",
-                     f"{piece.end / fps:.2f}", f"{piece.cost:.4g}", fragment.name])
-    return rows
+    database, clip, Y = _load(arguments, styles=False)
+    cost, pieces, far = _cut(database, Y, arguments.as_printed)
+    rows = []
+    for piece, away in zip(pieces, far):
+        matched = database.fragments[piece.fragment]
+        rows.append({"begin": round(piece.start * clip.fps / Y.fps),
+                     "end": round(piece.end * clip.fps / Y.fps), "content": matched.content,
+                     "ssd": round(piece.cost, 4), "fragment": matched.name,
+                     "distance": None if np.isnan(away) else round(away, 3),
+                     "like": "unknown" if np.isnan(away) else "nothing" if away > 1 else "yes"})
+    print("\n".join(table([list(rows[0]), *([str(x) for x in row.values()] for row in rows)])))
+    if arguments.json:
+        write_report(arguments.json, "segment", {"as printed": arguments.as_printed}, rows)
+    strange = sum(row["like"] == "nothing" for row in rows)
+    print(f"{arguments.clip}: {len(pieces)} pieces in frames of the file, SSD {cost:.5g}"
+          + (f"; {strange} like nothing in the database" if strange else ""))
 
 
 def run_synthesise(arguments: argparse.Namespace) -> None:
@@ -149,25 +144,34 @@ def run_synthesise(arguments: argparse.Namespace) -> None:
     progress = Progress(BLENDS, "blend")
     model, projection = train(database, arguments.model, seed=arguments.seed,
                               report=lambda done: progress.step())
-    made = synthesise(Y, database, model, projection, target, count=arguments.neighbours,
-                      looks=arguments.looks)
+    _, pieces, far = _cut(database, Y)
+    made = restyle(Y, pieces, database, model, projection, target, count=arguments.neighbours,
+                   looks=arguments.looks, persona=arguments.persona)
     own = replace(fit_body([clip]), reference=database.body.reference,
                   carrier=database.body.carrier)
     root = made.fragment.root.copy()
     root[:, :3] *= size_ratio(own, database.body)
-    write_bvh(arguments.output, clip_of(replace(made.fragment, root=root), own, clip.fps))
+    made_clip, slid, slides = standing(clip_of(replace(made.fragment, root=root), own, clip.fps))
+    write_bvh(arguments.output, made_clip)
     print("\n".join(table(_choice_rows(database, made))))
     contents = contents_of(database, made.pieces)
-    before = observed_style(Y, (0, *(piece.end for piece in made.pieces)), contents,
-                            database.observer)
-    after = observed_style(made.fragment, made.cuts, contents, database.observer)
+    judge = (None if database.labelled else
+             fit_observer(database.fragments, database.body, BY_PATHS))
     predicted = np.mean([choice.predicted for choice in made.choices], axis=0)
-    for words, style in (("asked for", target), ("predicted, mean of the pieces", predicted),
-                         ("computed observer, input", before),
-                         ("computed observer, output", after)):
-        print(f"{words}: {_style(style)}")
+    said = [("asked", target), ("predicted", predicted)]
+    if judge:
+        said += [(word, observed_style(f, cuts, contents, judge)) for word, f, cuts in (
+            ("seen in the input", Y, (0, *(piece.end for piece in made.pieces))),
+            ("seen by an observer that did not choose", made.fragment, made.cuts))]
+    print("; ".join(f"{words}: {_style(style)}" for words, style in said))
+    seams = ", ".join(f"{cut / made.fragment.fps:.2f}" for cut in made.cuts[1:-1]) or "none"
     print(f"{arguments.output}: {made.fragment.frames / made.fragment.fps:.2f} s in "
-          f"{len(made.pieces)} pieces")
+          f"{len(made.pieces)} pieces, seams at {seams} s; planted feet slid {slid:.2f}, now "
+          f"{slides:.2f} a second")
+    strange = [str(content) for content, away in zip(contents, far) if away > 1]
+    if strange:
+        print(f"refimpl: {len(strange)} of the input's pieces are like nothing in the database; "
+              f"they became {', '.join(strange)}", file=sys.stderr)
 
 
 def _choice_rows(database, made):
@@ -180,104 +184,3 @@ def _choice_rows(database, made):
 
 def _style(style):
     return ", ".join(f"{effort} {x:.2f}" for effort, x in zip(EFFORTS, style))
-
-
-def run_experiment(arguments: argparse.Namespace) -> None:
-    """Repeat the experiments, print them and write tables, pictures and a phrase to a folder.
-
-    A ValueError says which clips are lacking.
-    """
-    arguments.out = Path(arguments.out)
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    cast = (experiment.folder_cast(arguments.folder, arguments.pattern) if arguments.folder
-            else experiment.embedded_cast())
-    database, seed = cast.database, arguments.seed
-    contents = dict.fromkeys(str(fragment.content) for fragment in database.fragments)
-    print(f"1/4  {len(database.fragments)} fragments: {', '.join(contents)} by "
-          f"{', '.join(dict.fromkeys(cast.performer))}; styles of the computed observer")
-    progress = Progress(arguments.splits, "split")
-    errors = experiment.table_1(database, arguments.splits, seed=seed,
-                                report=lambda n: progress.step(""))
-    rows = experiment.table_rows(errors)
-    _write_csv(arguments.out / "table_1.csv", rows)
-    print(f"2/4  Table 1: mean squared error over {arguments.splits} splits")
-    for line in table(rows):
-        print("     " + line)
-    progress = Progress(3, "part")
-    model, projection = train(database, seed=seed)
-    _figure_1(arguments.out, database, experiment.figure_1(database, model, projection, seed=seed))
-    progress.step("figure 1")
-    known = experiment.cut_again(database, seed=seed)
-    progress.step("known fragments")
-    new = experiment.cut_newcomers(cast, seed=seed)
-    print("3/4  segmentation, within 0.1 s of every joint")
-    print(f"     known fragments, warped and with noise: {known['sequences']:.0%} of the "
-          f"sequences, {known['cuts']:.0%} of the cuts")
-    print(f"     performers that the database lacks: {new['sequences']:.0%} of the sequences, "
-          f"{new['cuts']:.0%} of the cuts; the right contents in {new['contents']:.0%}, "
-          f"{new['merged']:.0%} with repetitions counted once")
-    synthesis = {}
-    print("4/4  styles asked for, and whether the computed observer sees the result nearer to them "
-          "than the input")
-    for looks in (1, LOOKS):
-        progress = Progress(len(set(cast.performer)), "performer")
-        seen = experiment.asked_and_seen(cast, lambda others: train(others, seed=seed),
-                                         trials=arguments.trials, looks=looks, seed=seed,
-                                         report=progress.step)
-        squares = {part: ((seen[part] - seen["asked"]) ** 2).mean(axis=0)
-                   for part in ("input", "seen")}
-        print(f"     looks {looks}: nearer in {seen['nearer']:.1%}; mean squared error of the "
-              f"input {_style(squares['input'])}; of the result {_style(squares['seen'])}")
-        synthesis[f"looks {looks}"] = {"nearer": float(seen["nearer"]),
-                                       **{part: x.tolist() for part, x in squares.items()}}
-    report = {"data": str(arguments.folder or "embedded performers"), "observer": "computed",
-              "splits": arguments.splits,
-              "table_1": {name: error.mean(axis=0).tolist() for name, error in errors.items()},
-              "paper": experiment.PUBLISHED, "segmentation": {"known": known, "newcomers": new},
-              "synthesis": synthesis}
-    write_json(arguments.out / "report.json", report)
-    write_bvh(arguments.out / "phrase.bvh", performers.perform(tuple(performers.ACTIONS), 99).clip)
-    print(f"{arguments.out}: table_1.csv, figure_1.csv, figure_1_1.png to _3.png, report.json, "
-          "and phrase.bvh, five actions by an embedded performer to try `segment` and `synthesise` "
-          "with")
-
-
-def _write_csv(path, rows):
-    with atomic_write(path) as file:
-        file.write("".join(",".join(row) + "\n" for row in rows))
-
-
-def _figure_1(out, database, figures):
-    """The curves as numbers, and a picture a pair."""
-    rows = [["from", "to", "alpha", *EFFORTS, *(f"linear {effort}" for effort in EFFORTS)]]
-    for number, figure in enumerate(figures, start=1):
-        names = tuple(database.fragments[n].name for n in figure.pair)
-        rows += [[*names, *(f"{x:.6g}" for x in (a, *e, *line))]
-                 for a, e, line in zip(figure.alpha, figure.predicted, figure.linear)]
-        _draw(out / f"figure_1_{number}.png", names, figure)
-    _write_csv(out / "figure_1.csv", rows)
-
-
-def _draw(path, names, curves):
-    """Three panels, one an effort, as in Figure 1: what f predicts, the straight line, and what the
-    computed observer sees.
-    """
-    from ..pictures import plot
-    from ..pictures.staging import COLOURS
-    figure = plot.Picture(figsize=(11.0, 4.2), dpi=plot.DPI, layout="constrained")
-    panels = zip(figure.subplots(1, 3, sharey=True), EFFORTS, POLES)
-    for n, (axes, effort, poles) in enumerate(panels):
-        axes.axvspan(0, 1, color="#f2f2f2", zorder=0)
-        axes.plot(curves.alpha, curves.predicted[:, n], color=COLOURS["result"], linewidth=2.2,
-                  label="predicted, kernel ridge")
-        axes.plot(curves.alpha, curves.linear[:, n], color=COLOURS["style"], linewidth=1.6,
-                  linestyle="--", label="linear interpolation")
-        axes.plot(curves.tried, curves.observed[:, n], "o", color="#222222", markersize=4.5,
-                  clip_on=False, zorder=3, label="computed observer")
-        axes.set(xlim=(curves.alpha[0], curves.alpha[-1]), ylim=(-3.2, 3.2), title=effort,
-                 xlabel="alpha", ylabel=f"{effort}: {poles}")
-        axes.grid(color="#e4e4e4", linewidth=0.8)
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3,
-                  frameon=False)
-    figure.suptitle(f"alpha = 0: {names[0]}      alpha = 1: {names[1]}", fontsize=12)
-    plot.save(figure, path)

@@ -69,7 +69,8 @@ def motion_to_poses(rotations: np.ndarray, places: np.ndarray, *, lengths: Seque
     clips = [(R, [_stood(p, own) for p in ps], own) for R, ps, own in zip(
         sequences(rotations, lengths), sequences(places, lengths), bones)]
     worlds = [[_in_the_world(r, t, parents) for r, t in zip(R, ts)] for R, ts, _ in clips]
-    spread = [np.mean([np.mean([max(x[:, axis]) - min(x[:, axis]) for _, x in world])
+    own = [j for j in range(len(parents)) if j not in above]
+    spread = [np.mean([np.mean([max(x[own, axis]) - min(x[own, axis]) for _, x in world])
                        for world in worlds]) for axis in range(3)]
     up = "z" if spread[2] > spread[1] else "y"
     common = np.median([ts[0] for _, ts, _ in clips], axis=0)

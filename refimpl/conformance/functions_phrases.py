@@ -5,13 +5,15 @@ Clips, fragments and parts come end to end in one array, with their lengths. Eve
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..motion.clip import POSITION_CHANNELS, Clip, Joint
 from ..motion.skeleton import with_pose
-from ..torresani2006 import align, database, observe, poses, regress, svr, synthesise
+from ..torresani2006 import align, blend, database, observe, poses, regress, svr, synthesise
 from .dealt import Dealt, said
 from .definitions_torresani import sequences
 
@@ -43,7 +45,7 @@ def motion_to_poses(rotations: np.ndarray, places: np.ndarray, *, lengths: Seque
     1. The carrier: down from joint 0 as long as there is one child, the last of these joints that
        is free, else joint 0. The joints above it stand still.
     2. Up is the axis, y or z, over which a pose spreads further (the mean over frames, then clips,
-       of largest minus smallest place of a joint; y where equal).
+       of largest minus smallest place of a joint from the carrier on; y where equal).
     3. heading(R, A) = 2 atan2(q_up, q_w) of the unit quaternion of R A^T, without jumps. The
        reference of a joint is the rotation nearest (Frobenius) to the sum over the clips of its
        mean rotation; of a joint above the carrier it is I; of the carrier the rotations are those
@@ -89,6 +91,10 @@ def posed_joints(angles: np.ndarray, root: np.ndarray, *, parents: np.ndarray, b
     return poses.fragment_positions(fragment, body)
 
 
+def _sight(relative):
+    return observe.Sight("", partial(observe.descriptors, relative=relative))
+
+
 def observed_styles(angles: np.ndarray, root: np.ndarray, *, lengths: Sequence[int],
                     contents: Sequence[int], asked: Sequence[int], fps: float, relative: bool,
                     parents: np.ndarray, bones: np.ndarray, reference: np.ndarray, carrier: int,
@@ -109,7 +115,7 @@ def observed_styles(angles: np.ndarray, root: np.ndarray, *, lengths: Sequence[i
     """
     body = _body(parents, bones, reference, carrier, up)
     fragments = _fragments(angles, root, lengths, fps, contents)
-    observer = observe.fit_observer(fragments, body, relative)
+    observer = observe.fit_observer(fragments, body, _sight(relative))
     return np.array([observe.observe(f, observer, str(a)) for f, a in zip(fragments, asked)])
 
 
@@ -229,7 +235,8 @@ def styled_phrase(Y: np.ndarray, *, root_Y: np.ndarray, angles: np.ndarray, root
     """
     body = _body(parents, bones, reference, carrier, up)
     known = database.database_of(_fragments(angles, root, lengths, fps, contents, styles), body,
-                                 contents=clusters, relative=relative)
+                                 contents=clusters, sight=_sight(relative))
+    known = replace(known, between=blend.as_printed)
     rng: Any = Dealt(dealt)
     model, pca = database.train_on(database.blends_of(known, pairs, alpha), known, kind, components,
                                    rng)

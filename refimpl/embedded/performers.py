@@ -10,12 +10,16 @@ effort (flow, weight, time), each in [-3, 3], shapes how it is done:
 - weight (light..strong): the size of the movement;
 - flow (bound..free): bound goes by fits and starts, free goes on and lets hands and head follow
   later.
+
+Two further formulas make the same actions otherwise, to hold an observer against what it was not
+made with: "passing" and "submovements" (`FORMULAS`).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from ..motion import rotation
 from ..motion.clip import Clip
@@ -91,11 +95,12 @@ class Performance:
 
 
 def perform(contents: str | Sequence[str], number: int,
-            effort: Sequence[float] | np.ndarray | None = None) -> Performance:
+            effort: Sequence[float] | np.ndarray | None = None,
+            formula: str = "eased") -> Performance:
     """Performer `number` does some actions one after the other, always in the same way.
 
     contents : a name in ACTIONS or several
-    effort : (3,) in [-3, 3], the performer's own unless given
+    effort : (3,) in [-3, 3], the performer's own unless given;  formula : one of FORMULAS
     Raises PerformerError for an unknown action or an effort out of range.
 
     >>> made = perform(("bow", "kick"), 5)
@@ -111,7 +116,9 @@ def perform(contents: str | Sequence[str], number: int,
     if effort.shape != (3,) or not (np.abs(effort) <= EFFORT_LIMIT).all():
         raise PerformerError(f"effort: found {effort}, needed flow, weight and time, each from "
                              "-3 to 3")
-    parts = [_angles(content, number, effort) for content in contents]
+    if formula not in FORMULAS:
+        raise PerformerError(f"formula: found {formula!r}, needed one of {', '.join(FORMULAS)}")
+    parts = [FORMULAS[formula](content, number, effort) for content in contents]
     cuts = np.cumsum([0] + [len(angles) for angles, _ in parts])
     angles, support = (np.concatenate(arrays) for arrays in zip(*parts))
     habits = 2.5 * np.random.default_rng([68, number]).normal(size=(len(SLOTS), 3))  # how he stands
@@ -160,6 +167,69 @@ def _angles(content, number, effort):
     return angles + 0.6 * drift, support
 
 
+def _phases(content, number, stream, size, jitter):
+    """->  poses, seconds of each phase before the effort, which foot stands, generator"""
+    keys, seconds, feet = ACTIONS[content]
+    rng = np.random.default_rng([stream, number, list(ACTIONS).index(content)])
+    stand, size = _pose(QUIET), size * rng.uniform(0.95, 1.05)
+    poses = [stand, *(stand + size * (_pose({**QUIET, **key}) - stand) for key in keys), stand]
+    return poses, np.array(seconds) * rng.uniform(1 - jitter, 1 + jitter, len(seconds)), feet, rng
+
+
+def _strokes(poses, seconds, feet, stroke):
+    """The poses one after the other.   stroke : of the part of a phase (T,), how far it has come
+    ->  (T, 21, 3) degrees, (T,) support, seconds (T,)"""
+    starts = np.concatenate([[0.0], np.cumsum(seconds)])
+    clock = np.arange(round(FPS * starts[-1])) / FPS
+    angles = np.broadcast_to(poses[0], (len(clock), *poses[0].shape)).copy()
+    for begin, long, before, after in zip(starts, seconds, poses, poses[1:]):
+        angles += stroke((clock - begin) / long)[:, None, None] * (after - before)
+    phase = np.searchsorted(starts[1:-1], clock, side="right")
+    return angles, np.array([int(foot == "R") for foot in feet])[phase], clock
+
+
+def _passing(content, number, effort):
+    """After EMOTE (Chi et al. 2000): sudden rises steeply; strong is larger and swings back and
+    over; free passes through the key poses, bound halts every nine frames."""
+    flow, weight, time = effort
+    poses, seconds, feet, _ = _phases(content, number, 70, 1.0 + 0.1 * weight, 0.1)
+    k, free = 5.4 * 2.0 ** (1.3 * time / 3), (flow + EFFORT_LIMIT) / (2 * EFFORT_LIMIT)
+
+    def _stroke(u):
+        u = np.clip(u, 0, 1)
+        s, least = 1 / (1 + np.exp(-k * (2 * u - 1))), 1 / (1 + np.exp(k))
+        over = np.where(u < 0.5, 0.6, 1.0) * np.sin(2 * np.pi * u) * 4 * u * (1 - u)
+        return (s - least) / (1 - 2 * least) - 0.1 * max(weight, 0) / 3 * over
+    angles, support, _ = _strokes(poses, 1.1 * seconds, feet, _stroke)
+    angles = gaussian_filter1d(angles, 1 + 7 * free, axis=0, mode="nearest")
+    n, every = np.arange(len(angles)), 9.0
+    warped = n + 0.9 * (1 - free) * every / (2 * np.pi) * np.sin(2 * np.pi * n / every)
+    low = np.clip(warped.astype(int), 0, len(n) - 2)
+    part = np.clip(warped - low, 0, 1)[:, None, None]
+    return (1 - part) * angles[low] + part * angles[low + 1], support
+
+
+def _submovements(content, number, effort):
+    """Strokes of least jerk (Flash and Hogan 1985): sudden ones take less of their phase; strong is
+    larger; bound goes in four submovements, with a tremor of 4 to 6 Hz."""
+    flow, weight, time = effort
+    poses, seconds, feet, rng = _phases(content, number, 71, 1.0 + 0.12 * weight, 0.1)
+    bound = (EFFORT_LIMIT - flow) / (2 * EFFORT_LIMIT)
+
+    def _least_jerk(u):
+        u = np.clip(u, 0, 1)
+        return u ** 3 * (10 - 15 * u + 6 * u * u)
+
+    def _stroke(u):
+        v = np.clip((u - 0.5) / (0.75 - 0.13 * time) + 0.5, 0, 1)
+        steps = sum(_least_jerk(4 * v - k) for k in range(4)) / 4
+        return (1 - 0.75 * bound) * _least_jerk(v) + 0.75 * bound * steps
+    angles, support, clock = _strokes(poses, seconds * 2.0 ** (-time / 10), feet, _stroke)
+    phase = rng.uniform(0, 2 * np.pi, angles.shape[1:])
+    rate = 2 * np.pi * rng.uniform(4, 6, angles.shape[1:])
+    return angles + 0.5 * bound * np.sin(rate * clock[:, None, None] + phase), support
+
+
 def _progress(u, flow, time):
     r"""How far each joint has come from one key pose to the next: 0 before, 1 after.
     u : (T,) part of the phase  ->  (T, 21)
@@ -174,6 +244,9 @@ def _progress(u, flow, time):
     late = 0.5 * (1 - width) * free * LATE / LATE.max()
     s = ease((u[:, None] - 0.5 - late) / width + 0.5)
     return s - 0.4 * (1 - free) * np.sin(8 * np.pi * s) / (8 * np.pi)
+
+
+FORMULAS = {"eased": _angles, "passing": _passing, "submovements": _submovements}
 
 
 def _pose(key):

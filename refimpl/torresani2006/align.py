@@ -1,7 +1,6 @@
 r"""Content match (section 4, equations 3 to 5) and space-time interpolation (section 5).
 
-Frames count from 0 here and from 1 in the paper. Angles are in radians, distances and sums of
-squared differences (SSD) therefore in radians squared.
+Frames count from 0, in the paper from 1; sums of squared differences (SSD) in radians squared.
 """
 
 from collections.abc import Sequence
@@ -16,7 +15,7 @@ from .poses import HEADING, Fragment
 
 LOWEST, HIGHEST = -0.25, 1.25           # alpha: a quarter beyond both ends
 SMOOTH = 6.0                            # standard deviation of the Gaussian over a path, in frames
-PATH_STEPS = ((1, 1), (1, 0), (0, 1))        # of a path, of equals the first
+PATH_STEPS = ((1, 1), (1, 0), (0, 1))   # of a path, of equals the first
 CELLS = 6_000_000                       # of distance at a time: about 150 MB
 
 
@@ -64,8 +63,8 @@ def dtw_definition(d: np.ndarray) -> np.ndarray:
     Torresani 2006, Equation 4: a path leads from the first frames of both to the last of both.
     Torresani 2006, Equation 5: each step goes on by one frame in one of the two, or in both.
 
-    Every step costs the distance of the cell that it enters, the diagonal one no more than the
-    others ("symmetric1"). `accumulate` gives the same bits faster.   (P, Q)  ->  (P, Q)
+    A step costs the distance of the cell that it enters ("symmetric1"). `accumulate` gives the same
+    bits faster.   (P, Q)  ->  (P, Q)
 
     >>> dtw_definition(np.array([[0.0, 2.0], [3.0, 1.0]]))
     array([[0., 2.],
@@ -107,8 +106,8 @@ def dtw(X: np.ndarray, Y: np.ndarray) -> tuple[float, np.ndarray]:
     r"""The SSD of two sequences (equation 3) and the path w* = (p*, q*) that has it.
 
     X : (P, D), Y : (Q, D)  ->  SSD, path (L, 2) of whole numbers from (0, 0) to (P-1, Q-1).
-    Of equal ways back the diagonal one is taken, then (p-1, q), then (p, q-1). With dtw-python 1.9
-    and dtaidistance 2.5 (symmetric1, squared Euclidean) costs agree to 2e-16, paths are identical.
+    Of equal ways back the diagonal one is taken, then (p-1, q), then (p, q-1). With dtw-python and
+    dtaidistance 2.5 (symmetric1, squared Euclidean) costs agree to 2e-16, paths are identical.
 
     >>> cost, path = dtw(np.array([[0.0], [1.0]]), np.array([[0.0], [0.5], [1.0]]))
     >>> cost, path.tolist()
@@ -149,8 +148,7 @@ def pair_costs(pairs: Sequence[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
 
 def all_pairs(sequences: Sequence[np.ndarray]) -> np.ndarray:
     """The SSD of every sequence with every other.   [(T_i, D)]  ->  (N, N), symmetric"""
-    upper = np.triu_indices(len(sequences), 1)
-    ssd = np.zeros((len(sequences),) * 2)
+    upper, ssd = np.triu_indices(len(sequences), 1), np.zeros((len(sequences),) * 2)
     ssd[upper] = pair_costs([(sequences[i], sequences[j]) for i, j in np.transpose(upper).tolist()])
     return ssd + ssd.T
 
@@ -158,8 +156,7 @@ def all_pairs(sequences: Sequence[np.ndarray]) -> np.ndarray:
 def clusters(ssd: np.ndarray, threshold: float) -> np.ndarray:
     """Contents: fragments linked by chains of matches, pairs whose SSD is below a threshold.
 
-    ssd : (N, N)  ->  (N,) numbers from 0 in the order of their first fragments.
-    Raises AlignError for another shape.
+    ssd : (N, N)  ->  (N,) from 0 in the order of first fragments.   Raises AlignError.
 
     >>> clusters(np.array([[0.0, 9.0, 1.0], [9.0, 0.0, 9.0], [1.0, 9.0, 0.0]]), 2.0)
     array([0, 1, 0])
@@ -192,14 +189,15 @@ def threshold_for(ssd: np.ndarray, count: int) -> float:
     return float(0.5 * (made + not_made) if np.isfinite(not_made) else above)
 
 
-def time_curve(path: np.ndarray, smooth: float = SMOOTH) -> tuple[np.ndarray, ...]:
+def time_curve(path: np.ndarray, smooth: float = SMOOTH,
+               straight: float = 0.0) -> tuple[np.ndarray, ...]:
     r"""The path as a continuous curve (p*(n), q*(n)), and the parameters n at which each sequence
     plays in its own time: n0_k solves p*(n0_k) = k, n1_k likewise for q*.
 
     The steps are smoothed by a Gaussian of `smooth` frames, reflected about both ends so that these
     stay (0 keeps the steps: motion then halts where one stands still).
-
-    path : (L, 2)  ->  curve (L, 2), n0 (T_i,), n1 (T_j,).
+    path : (L, 2);  straight : how far the curve is drawn to the straight line, from 0 to 1
+    ->  curve (L, 2), n0 (T_i,), n1 (T_j,).
     Raises AlignError for a path that equations 4 and 5 do not allow.
     """
     path = np.asarray(path)
@@ -214,6 +212,8 @@ def time_curve(path: np.ndarray, smooth: float = SMOOTH) -> tuple[np.ndarray, ..
         smoothed = gaussian_filter1d(padded, smooth, axis=0, mode="nearest")[pad:-pad]
         inner = np.maximum.accumulate(smoothed[1:-1])
         curve = np.concatenate([curve[:1], inner, curve[-1:]]).clip(curve[0], curve[-1])
+    if straight:
+        curve = (1 - straight) * curve + straight * np.linspace(curve[0], curve[-1], len(curve))
     return curve, _own_time(curve[:, 0]), _own_time(curve[:, 1])
 
 
@@ -225,20 +225,22 @@ def _own_time(frames):
     return np.interp(np.arange(int(round(frames[-1])) + 1), values, middle)
 
 
-def synchronised(path: np.ndarray, alpha: float, smooth: float = SMOOTH) -> tuple[np.ndarray, ...]:
+def synchronised(path: np.ndarray, alpha: float, smooth: float = SMOOTH, straight: float = 0.0,
+                 slower: float = 1.0) -> tuple[np.ndarray, ...]:
     r"""Where each sequence is read for a blend (section 5): T = (1-alpha) T_i + alpha T_j frames
-    (halves rounded to the even number; beyond [0, 1] at least half of the shorter sequence, a
-    choice: the line itself would reach 0) at path parameters
+    (halves rounded to even; beyond [0, 1] at least half of the shorter sequence, a choice: the line
+    itself would reach 0) at path parameters
 
         n^alpha_k = (1-alpha) n0(k (T_i-1)/(T-1)) + alpha n1(k (T_j-1)/(T-1)),
 
     between the timing of i and that of j, held within the path and never running backwards.
 
-    path : (L, 2)  ->  p*(n^alpha) and q*(n^alpha), each (T,), in frames of i and of j
+    path : (L, 2);  straight : see `time_curve`;  slower : a factor on T, 1 in the paper
+    ->  p*(n^alpha) and q*(n^alpha), each (T,), in frames of i and of j
     """
-    curve, n0, n1 = time_curve(path, smooth)
+    curve, n0, n1 = time_curve(path, smooth, straight)
     shortest = max(2, (min(len(n0), len(n1)) + 1) // 2)
-    frames = max(shortest, int(round((1 - alpha) * len(n0) + alpha * len(n1))))
+    frames = max(shortest, int(round(slower * ((1 - alpha) * len(n0) + alpha * len(n1)))))
     own, other = (read_at(n, np.arange(frames) * (len(n) - 1) / (frames - 1)) for n in (n0, n1))
     n = np.maximum.accumulate(np.clip((1 - alpha) * own + alpha * other, 0, len(curve) - 1))
     n[0], n[-1] = 0, len(curve) - 1
@@ -257,7 +259,8 @@ def read_at(X: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 
 def interpolate(a: Fragment, b: Fragment, alpha: float, path: np.ndarray | None = None,
-                up: str = "y", smooth: float = SMOOTH) -> Fragment:
+                up: str = "y", smooth: float = SMOOTH, straight: float = 0.0,
+                slower: float = 1.0) -> Fragment:
     r"""Space-time interpolation of two fragments of one content (section 5):
 
         X^alpha(k) = (1-alpha) X_i(p*(n^alpha_k)) + alpha X_j(q*(n^alpha_k))
@@ -265,9 +268,9 @@ def interpolate(a: Fragment, b: Fragment, alpha: float, path: np.ndarray | None 
     The root's height likewise; its steps over the floor and turns are averaged as its own body sees
     them (ahead, aside, turning) and added up again from a start between both.
 
-    alpha : in [-0.25, 1.25], 0 for a and 1 for b;  path : w* if it is known;  up : "y" or "z".
-    Raises AlignError for another alpha, frame rates or angles that differ, and a path of other
-    fragments.
+    alpha : in [-0.25, 1.25], 0 for a and 1 for b;  path : w* if it is known;  up : "y" or "z";
+    straight, slower : see `synchronised`; `blend.steady_blend` finds them.
+    Raises AlignError for another alpha, rates or angles that differ, a path of other fragments.
 
     >>> low, high = (Fragment(name, "bow", None, np.full((3, 3), angle), np.zeros((3, 4)))
     ...              for name, angle in (("low", 0.0), ("high", 1.0)))
@@ -277,12 +280,12 @@ def interpolate(a: Fragment, b: Fragment, alpha: float, path: np.ndarray | None 
     if not LOWEST <= alpha <= HIGHEST:
         raise AlignError(f"alpha: found {alpha}, needed {LOWEST} to {HIGHEST}")
     if a.fps != b.fps:
-        raise AlignError(f"{a.name}, {b.name}: found {a.fps:g} and {b.fps:g} frames/s, needed the "
-                         "same; resample one of them")
+        raise AlignError(f"{a.name}, {b.name}: found {a.fps:g} and {b.fps:g} frames/s, needed one")
     if a.angles.shape[1:] != b.angles.shape[1:]:
         raise AlignError(f"{a.name}, {b.name}: found angles of shapes {a.angles.shape} and "
                          f"{b.angles.shape}, needed those of one skeleton")
-    p, q = synchronised(dtw(a.angles, b.angles)[1] if path is None else path, alpha, smooth)
+    p, q = synchronised(dtw(a.angles, b.angles)[1] if path is None else path, alpha, smooth,
+                        straight, slower)
     if (p[-1], q[-1]) != (a.frames - 1, b.frames - 1):
         raise AlignError(
             f"path: found its end at frames {p[-1]:g} and {q[-1]:g}, needed {a.frames - 1} and "

@@ -11,8 +11,12 @@ import numpy as np
 from ..motion.bvh import read_bvh
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
 from ..embedded import performers
-from .align import HIGHEST, LOWEST, all_pairs, clusters, interpolate, threshold_for
-from .observe import Observer, fit_observer, observe, read_labels
+from .align import HIGHEST, LOWEST, all_pairs, clusters, threshold_for
+from .blend import smooth
+from .content import Contents, contents_of_names, groups
+from .efforts import BY_SWINGS
+from .labels import joint, read_labels
+from .observe import Observer, Sight, fit_observer, observe
 from .pca import COMPONENTS, PrincipalComponents, fit_pca, pca_scores
 from .poses import POSE_FPS, Body, Fragment, fit_body, fragment_of
 from .regress import StyleModel, fit_model, inputs
@@ -28,7 +32,9 @@ class DatabaseError(ValueError):
 class Database:
     """Fragments that all have a content and a style.
 
-    ssd : (N, N) of `align.all_pairs`;  observer : the computed one;  labelled : by an analyst.
+    ssd : (N, N) of `align.all_pairs`;  observer : the computed one;  labelled : by an analyst;
+    performers : who did each, where that is known;  warning : of its contents;
+    between : of (fragment, fragment, alpha, body), their blend.
     """
 
     fragments: tuple[Fragment, ...]
@@ -36,6 +42,18 @@ class Database:
     ssd: np.ndarray = field(repr=False)
     observer: Observer = field(repr=False)
     labelled: bool = False
+    performers: tuple[str, ...] | None = None
+    warning: str = ""
+    between: Callable[[Fragment, Fragment, float, Body], Fragment] = smooth
+
+    def blend(self, i: int, j: int, alpha: float) -> Fragment:
+        """Two of the fragments, blended."""
+        return self.between(self.fragments[i], self.fragments[j], alpha, self.body)
+
+    def contents(self) -> Contents:
+        """What contents are told by where performers are known (`content`)."""
+        return contents_of_names([f.angles for f in self.fragments],
+                                 [str(f.content) for f in self.fragments], self.performers or ())
 
     @property
     def styles(self) -> np.ndarray:
@@ -56,31 +74,36 @@ class Blends:
 
 
 def database_of(fragments: Sequence[Fragment], body: Body, *, contents: int | None = None,
-                relative: bool = True) -> Database:
-    """Complete some fragments: contents by clustering where none are known, styles by the computed
-    observer where none are given.
+                sight: Sight = BY_SWINGS, styles: bool = True) -> Database:
+    """Complete some fragments: contents by clustering (section 4) where none are known, styles by
+    the computed observer where none are given.
 
-    contents : how many to look for among fragments without one, by default one for every 12.
+    contents : how many to look for among fragments without one, by default one for every 12;
+    sight : what the observer looks at;  styles : whether anybody wants them, which takes two
+    fragments of one content; segmentation does not.
     Raises DatabaseError for fewer than two fragments, ObserveError when no content has two.
     """
     fragments = list(fragments)
-    if len(fragments) < 2:
+    if len(fragments) < 1 + styles:
         raise DatabaseError(f"fragments: found {len(fragments)}, needed at least 2 to interpolate "
                             "between")
-    ssd = all_pairs([f.angles for f in fragments])
-    if any(f.content is None for f in fragments):
+    unknown = any(f.content is None for f in fragments)
+    ssd = (all_pairs([f.angles for f in fragments]) if styles or unknown else
+           np.full((len(fragments),) * 2, np.nan))
+    if unknown:
         count = contents or max(1, round(len(fragments) / 12))
         found = clusters(ssd, threshold_for(ssd, count))
         fragments = [replace(f, content=f"content {c + 1}") for f, c in zip(fragments, found)]
-    observer = fit_observer(fragments, body, relative)
+    observer = (fit_observer(fragments, body, sight) if styles else
+                Observer({None: sight.usual}, np.zeros(3), body, sight))
     labelled = all(f.style is not None for f in fragments)
-    styles = [observe(f, observer) if f.style is None else np.asarray(f.style, dtype=float)
-              for f in fragments]
-    complete = tuple(replace(f, style=style) for f, style in zip(fragments, styles))
+    complete = tuple(replace(f, style=np.zeros(3) if not styles else observe(f, observer)
+                             if f.style is None else np.asarray(f.style, dtype=float))
+                     for f in fragments)
     return Database(complete, body, ssd, observer, labelled)
 
 
-def embedded_database(number: int = 12, first: int = 0, relative: bool = True) -> Database:
+def embedded_database(number: int = 12, first: int = 0, sight: Sight = BY_SWINGS) -> Database:
     """The embedded performers, five actions each.
 
     >>> embedded_database(2).styles.shape
@@ -88,21 +111,22 @@ def embedded_database(number: int = 12, first: int = 0, relative: bool = True) -
     """
     made = performers.make_performers(number, first=first)
     body = fit_body([performance.clip for performance in made])
-    return database_of([fragment_of(p.clip, body, p.name, p.contents[0]) for p in made], body,
-                       relative=relative)
+    found = database_of([fragment_of(p.clip, body, p.name, p.contents[0]) for p in made], body,
+                        sight=sight)
+    return replace(found, performers=tuple(p.name.rsplit("_", 1)[1] for p in made))
 
 
 def read_database(folder: str | Path, *, labels: str | Path | None = None,
                   pattern: str = PATTERN, contents: int | None = None, fps: float = POSE_FPS,
-                  keep: Callable[[str, str], bool] | None = None,
+                  keep: Callable[[str, str], bool] | None = None, styles: bool = True,
                   report: Callable[[Path], None] = lambda path: None) -> Database:
     """A folder of BVH clips as a database.
 
     labels : an analyst's label file, whose every line is a fragment; without it every clip is one,
     observed by the computed observer;
     pattern : content from file names, see `motion.dataset.labels_by_pattern`; a database in which
-    some clip does not fit it is clustered;
-    contents : how many, see `database_of`;  keep : of (content, style name), which clips to read;
+    some clip does not fit it is grouped by complete linkage of SSD a frame (`content.groups`);
+    contents, styles : see `database_of`;  keep : of (content, style name), which clips to read;
     report : called with each path.
     Raises the errors of reading, LabelError, PoseError, DatabaseError.
     """
@@ -119,10 +143,13 @@ def read_database(folder: str | Path, *, labels: str | Path | None = None,
     body = fit_body(clips.values())
     content = {path: named[path][0] if len(named) >= len(paths) else None for path in paths}
     if labels is None:
-        return database_of([fragment_of(clip, body, path.stem, content[path], fps=fps)
-                            for path, clip in clips.items()], body, contents=contents)
+        found = _grouped([fragment_of(clip, body, path.stem, content[path], fps=fps)
+                          for path, clip in clips.items()], body, contents, styles)
+        return replace(found, performers=tuple(named[path][1] for path in clips)
+                       if len(named) >= len(paths) else None)
     by_name, parts = {path.stem: path for path in paths}, []
-    for line in read_labels(labels, {path.stem: clip.frames for path, clip in clips.items()}):
+    frames = {path.stem: clip.frames for path, clip in clips.items()}
+    for line in joint(read_labels(labels, frames)):
         path, stretch = by_name[line.clip], (line.start, line.end)
         known = content[path] if stretch == (0, clips[path].frames) else None
         name = f"{line.clip}[{line.start}:{line.end}]"
@@ -130,7 +157,19 @@ def read_database(folder: str | Path, *, labels: str | Path | None = None,
                                  end=line.end, fps=fps))
     if any(part.content is None for part in parts):
         parts = [replace(part, content=None) for part in parts]
-    return database_of(parts, body, contents=contents)
+    return _grouped(parts, body, contents, styles)
+
+
+def _grouped(fragments, body, contents, styles):
+    """`database_of` with contents by complete linkage of SSD a frame where they are not known, and
+    what is to be warned of."""
+    warning = ""
+    if any(f.content is None for f in fragments) and len(fragments) > 1:
+        lengths = np.array([f.frames for f in fragments])
+        far = all_pairs([f.angles for f in fragments]) / (lengths[:, None] + lengths)
+        found, warning = groups(far, contents or max(1, round(len(fragments) / 12)))
+        fragments = [replace(f, content=f"content {n + 1}") for f, n in zip(fragments, found)]
+    return replace(database_of(fragments, body, styles=styles), warning=warning)
 
 
 def without(database: Database, keep: np.ndarray) -> Database:
@@ -140,8 +179,10 @@ def without(database: Database, keep: np.ndarray) -> Database:
     (5, 5)
     """
     chosen = np.flatnonzero(keep)
+    who = database.performers
     return replace(database, fragments=tuple(database.fragments[n] for n in chosen),
-                   ssd=database.ssd[np.ix_(chosen, chosen)])
+                   ssd=database.ssd[np.ix_(chosen, chosen)],
+                   performers=who and tuple(who[n] for n in chosen))
 
 
 def random_blends(database: Database, count: int, rng: np.random.Generator,
@@ -149,13 +190,21 @@ def random_blends(database: Database, count: int, rng: np.random.Generator,
     """Blends of random pairs of one content at random alphas in [-0.25, 1.25], observed by the
     computed observer.   report : called with the number of blends done.
     """
-    i, j = np.nonzero(_same_content(database))
+    return blends_of(database, random_pairs(database, count, rng),
+                     rng.uniform(LOWEST, HIGHEST, count), report)
+
+
+def random_pairs(database: Database, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Pairs of fragments of one content, each pair once as far as they go, in a random order of the
+    two.   ->  (count, 2).   Raises DatabaseError where there is none.
+    """
+    i, j = np.nonzero(np.triu(_same_content(database)))
     if not len(i):
         raise DatabaseError(
             "database: found no two fragments of one content, needed some to interpolate between")
     chosen = rng.choice(len(i), count, replace=count > len(i))
-    return blends_of(database, np.stack([i[chosen], j[chosen]], axis=1),
-                     rng.uniform(LOWEST, HIGHEST, count), report)
+    pairs = np.stack([i[chosen], j[chosen]], axis=1)
+    return np.where(rng.random(count)[:, None] < 0.5, pairs, pairs[:, ::-1])
 
 
 def blends_of(database: Database, pairs: np.ndarray, alpha: np.ndarray,
@@ -166,9 +215,7 @@ def blends_of(database: Database, pairs: np.ndarray, alpha: np.ndarray,
     """
     styles: list[np.ndarray] = []
     for (first, second), a in zip(pairs, alpha):
-        blend = interpolate(database.fragments[first], database.fragments[second], a,
-                            up=database.body.up)
-        styles.append(observe(blend, database.observer))
+        styles.append(observe(database.blend(first, second, a), database.observer))
         report(len(styles))
     return Blends(pairs, alpha, np.array(styles))
 

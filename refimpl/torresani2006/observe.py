@@ -1,9 +1,11 @@
-r"""Styles as points e = (flow, weight, time) in [-3, 3]^3: from an analyst's label file, or from
-the computed observer.
+r"""Styles as points e = (flow, weight, time) in [-3, 3]^3: from an analyst (`labels`) or from a
+computed observer.
 
-The computed observer is no analyst. It starts from three descriptors that Larboulette and Gibet
-2015, "A review of computable expressive descriptors of human motion", collect from the literature,
-here with alpha_k the weight of joint k, T a window of time and the numbers of their equations:
+A computed observer is no analyst. `efforts` has the two that are used; `PUBLISHED`, here, is kept
+as the literature has it, unfiltered: on recorded clips it measures the noise of their capture. It
+starts from three descriptors that Larboulette and Gibet 2015, "A review of computable expressive
+descriptors of human motion", collect from the literature, here with alpha_k the weight of joint k,
+T a window of time and the numbers of their equations:
 
     Weight(T) = max over t in T of sum_k alpha_k |v_k(t)|^2   (22 and 23; large: strong)
     Time(T)   = sum_k alpha_k 1/T sum_t |a_k(t)|              (24 and 25; large: sudden)
@@ -18,20 +20,17 @@ the result says how far a fragment lies from the others of its content, in stand
 (`observe`), since a kick is stronger than a wave whoever does it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
-from ..motion.dataset import LabelError
-from ..storage import read_table
 from .poses import Body, Fragment, fragment_positions
 
 EFFORTS = ("flow", "weight", "time")
+POLES = ("bound -3 .. free 3", "light -3 .. strong 3", "sustained -3 .. sudden 3")
 LIMIT = 3.0
 GAIN = 1.5                                  # two standard deviations reach the limit
-HEADER = ["clip", "start", "end", *EFFORTS]
 
 
 class ObserveError(ValueError):
@@ -97,27 +96,46 @@ def descriptors(fragment: Fragment, body: Body, relative: bool = True) -> np.nda
 
 
 @dataclass(frozen=True)
-class Observer:
-    """The computed observer: what is usual for each content, and how much fragments of one content
-    differ.
+class Sight:
+    """What a computed observer looks at.
 
-    usual : {content: (3,)} with None for all together;  spread : (3,) standard deviations;
-    body : of the fragments;  relative : see `descriptors`.
+    measure : of (fragment, body), flow, weight and time before they are scaled, (3,);
+    usual : (3,) what counts as 0 where no fragments tell, and alone : (3,) efforts a unit there;
+    gain : (3,) efforts a unit where the content is known, or None: then 1.5 a standard deviation
+    within the contents of the fragments learnt on, held within -3 and 3
+    """
+
+    name: str
+    measure: Callable[[Fragment, Body], np.ndarray] = field(repr=False)
+    usual: np.ndarray = field(default_factory=lambda: np.zeros(3), repr=False)
+    gain: np.ndarray | None = field(default=None, repr=False)
+    alone: np.ndarray | None = field(default=None, repr=False)
+
+
+PUBLISHED = Sight("published", descriptors)
+
+
+@dataclass(frozen=True)
+class Observer:
+    """A computed observer: what is usual for each content, and how much a difference counts.
+
+    usual : {content: (3,)} with None for all together;  gain : (3,) efforts a unit;
+    body : of the fragments;  sight : what it looks at.
     """
 
     usual: dict[str | None, np.ndarray]
-    spread: np.ndarray
+    gain: np.ndarray
     body: Body = field(repr=False)
-    relative: bool = True
+    sight: Sight
 
 
-def fit_observer(fragments: Sequence[Fragment], body: Body, relative: bool = True) -> Observer:
-    """Learn what is usual: the mean descriptors of each content, and the standard deviation within
-    the contents.
+def fit_observer(fragments: Sequence[Fragment], body: Body, sight: Sight) -> Observer:
+    """Learn what is usual: the mean measures of each content; and, where the sight has no gain of
+    its own, the standard deviation within the contents.
 
     Raises ObserveError without at least two fragments of one content that differ.
     """
-    found = np.array([descriptors(f, body, relative) for f in fragments]).reshape(-1, 3)
+    found = np.array([sight.measure(f, body) for f in fragments]).reshape(-1, 3)
     contents = np.array([str(fragment.content) for fragment in fragments])
     usual, squares = {}, np.zeros(3)
     for content in dict.fromkeys(contents):
@@ -130,85 +148,21 @@ def fit_observer(fragments: Sequence[Fragment], body: Body, relative: bool = Tru
         raise ObserveError(
             f"fragments: found {len(found)} of {len(usual)} contents with nothing to compare, "
             "needed two different ones of one content; are the contents right?")
-    return Observer({**usual, None: found.mean(axis=0)}, spread, body, relative)
+    gain = GAIN / spread if sight.gain is None else sight.gain
+    return Observer({**usual, None: found.mean(axis=0)}, gain, body, sight)
 
 
 def observe(fragment: Fragment, observer: Observer, content: str | None = None) -> np.ndarray:
-    r"""The style of a fragment as the computed observer has it:
-    e = clip(1.5 (descriptors - usual) / spread, -3, 3)
+    r"""The style of a fragment as a computed observer has it:
+    e = clip(gain (measures - usual), -3, 3) for a gain that was fitted; one that is the sight's own
+    is bent instead of cut off, e = 3 tanh(gain (measures - usual) / 3)
 
     content : whose usual to compare with, the fragment's own unless given; unknown ones with all
     together   ->  (3,) flow, weight, time
     """
     content = str(fragment.content if content is None else content)
     usual = observer.usual.get(content, observer.usual[None])
-    z = (descriptors(fragment, observer.body, observer.relative) - usual) / observer.spread
-    return np.clip(GAIN * z, -LIMIT, LIMIT)
-
-
-@dataclass(frozen=True)
-class Label:
-    """One line of a label file.
-
-    start, end : frames of the clip from 0, the end not included;  style : (3,) flow, weight, time;
-    line : in the file.
-    """
-
-    clip: str
-    start: int
-    end: int
-    style: np.ndarray
-    line: int
-
-
-def read_labels(path: str | Path, frames: Mapping[str, int]) -> list[Label]:
-    """An analyst's labels: a CSV file with the header `clip,start,end,flow,weight,time`; empty
-    start and end mean the whole clip.
-
-    frames : {clip: number of frames} of the clips there are.
-    Raises LabelError naming the line: unknown clip, frames not in it, a value outside [-3, 3], a
-    stretch labelled twice.
-    """
-    rows = read_table(path, f"the header {','.join(HEADER)}", LabelError)
-    if not rows or rows[0] != HEADER:
-        raise LabelError(f"{path}:1: found {','.join(rows[0]) if rows else 'an empty file'!r}, "
-                         f"needed the header {','.join(HEADER)}")
-    labels: dict[tuple[str, int, int], Label] = {}
-    for line, row in enumerate(rows[1:], start=2):
-        if not any(row) or row[0].startswith("#"):
-            continue
-        label = _label(f"{path}:{line}", line, row, frames)
-        first = labels.setdefault((label.clip, label.start, label.end), label)
-        if first is not label:
-            raise LabelError(
-                f"{path}:{line}: found frames {label.start} to {label.end} of {label.clip!r} a "
-                f"second time (the first is in line {first.line}), needed each stretch once")
-    if not labels:
-        raise LabelError(f"{path}: found no line below the header, needed at least one label")
-    return list(labels.values())
-
-
-def _label(where, line, row, frames):
-    """One row, checked.   `where` begins every message.   ->  Label"""
-    if len(row) != len(HEADER):
-        raise LabelError(f"{where}: found {len(row)} values, needed {','.join(HEADER)}")
-    clip = next((name for name in (row[0], row[0].removesuffix(".bvh")) if name in frames), None)
-    if clip is None:
-        raise LabelError(f"{where}: found no clip {row[0]!r}, needed the name of one, such as "
-                         f"{next(iter(frames), 'none')!r}")
-    style = np.empty(3)
-    for n, (name, word) in enumerate(zip(EFFORTS, row[3:])):
-        try:
-            style[n] = float(word)
-        except ValueError:
-            style[n] = np.nan
-        if not abs(style[n]) <= LIMIT:
-            raise LabelError(f"{where}: found {name} {word!r}, needed a number from -3 to 3")
-    if not row[1] and not row[2]:
-        return Label(clip, 0, frames[clip], style, line)
-    if not (all(word.isascii() and word.isdigit() for word in row[1:3])
-            and int(row[1]) < int(row[2]) <= frames[clip]):
-        raise LabelError(
-            f"{where}: found start {row[1]!r} and end {row[2]!r}, needed whole frames, start < end "
-            f"<= {frames[clip]}, the length of {clip!r}; the end is not included")
-    return Label(clip, int(row[1]), int(row[2]), style, line)
+    seen = observer.sight.measure(fragment, observer.body)
+    raw = observer.gain * (seen - usual)
+    return (np.clip(raw, -LIMIT, LIMIT) if observer.sight.gain is None else
+            LIMIT * np.tanh(raw / LIMIT))

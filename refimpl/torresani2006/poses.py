@@ -173,7 +173,9 @@ def fit_body(clips: Iterable[Clip]) -> Body:
     reference[above] = np.eye(3)
     # A body is taller than deep: up is the axis that its joints spread along more. (Which of them
     # is the head, as `body.up_axis` wants to know, nobody has said.)
-    spread = np.mean([np.ptp(p, axis=1).mean(axis=0) for _, p in worlds], axis=0)
+    # A root that stays behind while the body walks away from it says nothing.
+    spread = np.mean([np.ptp(np.delete(p, above, axis=1), axis=1).mean(axis=0) for _, p in worlds],
+                     axis=0)
     up = "z" if spread[2] > spread[1] else "y"
     carried = [world[:, carrying] for world, _ in worlds]
     ahead = [rotation.axis_rotation(up.upper(), -heading(R, carried[0][0], up)) @ R

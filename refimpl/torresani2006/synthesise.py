@@ -4,27 +4,20 @@ for.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import accumulate
 
 import numpy as np
 
-from ..motion import rotation
-from ..motion.easing import ease
-from .align import HIGHEST, LOWEST, interpolate, turned
+from .align import HIGHEST, LOWEST, pair_costs
 from .database import Database, blend_inputs, coefficients
+from .join import SynthesisError, at_origin, join
 from .observe import LIMIT, Observer, observe
 from .pca import PrincipalComponents
-from .poses import HEADING, Body, Fragment, exponential_maps, rotation_matrices
+from .poses import HEADING, Fragment
 from .regress import StyleModel, predict
 from .segment import Piece, segment
 
 NEIGHBOURS, SAMPLES, LOOKS = 12, 13, 8
 GOLDEN, GOLDEN_TOLERANCE = (np.sqrt(5.0) - 1.0) / 2.0, 1e-5
-SEAM = 0.6                                                   # seconds on either side of a joint
-
-
-class SynthesisError(ValueError):
-    """A style that cannot be asked for, or a content without two fragments."""
 
 
 @dataclass(frozen=True)
@@ -55,12 +48,16 @@ class Synthesis:
     choices: tuple[Choice, ...]
 
 
-def neighbours(database: Database, i: int, count: int = NEIGHBOURS) -> np.ndarray:
-    """The fragments of i's content nearest to it by SSD, itself among them.
+def neighbours(database: Database, i: int, count: int = NEIGHBOURS,
+               piece: np.ndarray | None = None) -> np.ndarray:
+    """The fragments of i's content nearest to it by SSD, itself among them; or to a piece of the
+    input instead, if its angles are given (section 7.2 has those of the matched X_i).
     ->  (K,) numbers, nearest first
     """
     same = np.array([f.content == database.fragments[i].content for f in database.fragments])
-    nearest = np.argsort(np.where(same, database.ssd[i], np.inf), kind="stable")
+    far = database.ssd[i] if piece is None else pair_costs(
+        [(piece, fragment.angles) for fragment in database.fragments])
+    nearest = np.argsort(np.where(same, far, np.inf), kind="stable")
     return nearest[:min(count, same.sum())]
 
 
@@ -171,72 +168,6 @@ def check_style(style: Sequence[float] | np.ndarray) -> np.ndarray:
     return style
 
 
-def join(parts: Sequence[Fragment], body: Body, seam: float = SEAM) -> Fragment:
-    r"""Motions one after the other, with continuous root and pose.
-
-    Each part is set down where the one before ends, facing its way, one step of the mean speed of
-    both further. What jump remains in a joint, delta = log(exp(-v)^T A_last^T B_first) with v the
-    mean step of both, is shared: half of it fades in before the seam and half fades out after it.
-    Height likewise.
-
-    parts : at least one, of one frame rate;  seam : seconds on either side.
-    Raises SynthesisError.
-    """
-    if not parts or len({part.fps for part in parts}) != 1:
-        raise SynthesisError(f"parts: found {len(parts)} of {sorted({part.fps for part in parts})} "
-                             "frames/s, needed at least one, all of one rate")
-    placed = list(accumulate(parts, lambda before, part: _set_down(part, before, body)))
-    rotations = [rotation_matrices(part.angles, body.reference) for part in placed]
-    roots = [part.root.copy() for part in placed]
-    up, width = "xyz".index(body.up), max(1, round(seam * parts[0].fps))
-    jumps = []
-    for A, B, a, b in zip(rotations, rotations[1:], roots, roots[1:]):
-        step = 0.5 * (rotation.log_map(_turn(A[-2], A[-1])) + rotation.log_map(_turn(B[0], B[1])))
-        jumps.append((rotation.log_map(_turn(A[-1] @ rotation.exp_map(step), B[0])),
-                      b[0, up] - a[-1, up] - 0.5 * (a[-1, up] - a[-2, up] + b[1, up] - b[0, up])))
-    for n, (delta, rise) in enumerate(jumps):
-        before, after = _fade(len(rotations[n]), width)[::-1], _fade(len(rotations[n + 1]), width)
-        rotations[n] = rotations[n] @ rotation.exp_map(0.5 * before[:, None, None] * delta)
-        rotations[n + 1] = rotations[n + 1] @ rotation.exp_map(-0.5 * after[:, None, None] * delta)
-        roots[n][:, up] += 0.5 * before * rise
-        roots[n + 1][:, up] -= 0.5 * after * rise
-    angles = exponential_maps(np.concatenate(rotations), body.reference)
-    return replace(parts[0], name=" ".join(part.name for part in parts),
-                   content=None if len(parts) > 1 else parts[0].content, style=None, angles=angles,
-                   root=np.concatenate(roots))
-
-
-def _turn(A, B):
-    return A.swapaxes(-1, -2) @ B
-
-
-def _fade(frames, width):
-    """From 1 at the first frame to 0 after `width` frames, or after half of the frames if these are
-    fewer.   ->  (frames,)
-    """
-    return 1.0 - ease(np.arange(frames) / max(1, min(width, frames // 2)))
-
-
-def _set_down(part, before, body):
-    """A part moved over the floor and turned so that it goes on from the one before, at the mean
-    speed of both.   ->  Fragment
-    """
-    root, end, floor = part.root, before.root, body.floor
-    turn = 0.5 * (end[-1, HEADING] - end[-2, HEADING] + root[1, HEADING] - root[0, HEADING])
-    root = _at_origin(root, end[-1, HEADING] + turn, body)
-    step = 0.5 * (end[-1, floor] - end[-2, floor] + root[1, floor] - root[0, floor])
-    root[:, floor] = root[:, floor] + end[-1, floor] + step
-    return replace(part, root=root)
-
-
-def _at_origin(root, heading, body):
-    """A root (T, 4) that begins at the floor's origin with this heading.   ->  (T, 4)"""
-    moved, floor, angle = root.copy(), body.floor, heading - root[0, HEADING]
-    moved[:, floor] = turned(root[:, floor] - root[0, floor], angle, body.up)
-    moved[:, HEADING] += angle
-    return moved
-
-
 def synthesise(Y: Fragment, database: Database, model: StyleModel, pca: PrincipalComponents,
                target: Sequence[float] | np.ndarray, *, count: int = NEIGHBOURS,
                samples: int = SAMPLES, looks: int | None = None) -> Synthesis:
@@ -258,8 +189,8 @@ def synthesise(Y: Fragment, database: Database, model: StyleModel, pca: Principa
 
 def restyle(Y: Fragment, pieces: Sequence[Piece], database: Database, model: StyleModel,
             pca: PrincipalComponents, target: Sequence[float] | np.ndarray, *,
-            count: int = NEIGHBOURS, samples: int = SAMPLES,
-            looks: int | None = None) -> Synthesis:
+            count: int = NEIGHBOURS, samples: int = SAMPLES, looks: int | None = None,
+            persona: bool = False, by_piece: bool = False) -> Synthesis:
     """`synthesise` for a motion that is cut already.
 
     Torresani 2006, Equation 2: for each piece alpha*, k*, l* = arg min || e - f(X_k, X_l, e_k, e_l,
@@ -269,32 +200,57 @@ def restyle(Y: Fragment, pieces: Sequence[Piece], database: Database, model: Sty
     the best pairs are blended; of these the one is taken that the computed observer sees nearest to
     the target. 1 is equation 12, which trusts f alone, and the default where an analyst's labels
     count, since the computed observer cannot rate these; otherwise the default is 8.
+    persona : the same two performers for all pieces, those whose errors' sum is least;
+    by_piece : neighbours of the piece instead of the matched fragment's
     """
     looks = (1 if database.labelled else LOOKS) if looks is None else looks
     if looks < 1:
         raise SynthesisError(f"looks: found {looks}, needed at least 1 pair to blend")
-    target, choices, parts = check_style(target), [], []
+    target, choices, parts, ranked = check_style(target), [], [], []
     for piece in pieces:
-        members = neighbours(database, piece.fragment, count)
+        members = neighbours(database, piece.fragment, count,
+                             Y.angles[piece.start:piece.end] if by_piece else None)
         if len(members) < 2:
             content = database.fragments[piece.fragment].content
             raise SynthesisError(
                 f"frames {piece.start} to {piece.end} match {content!r}: found {len(members)} "
                 "fragment of it to blend, needed at least 2; add performances of this action to "
                 "the database, or raise the number of neighbours")
-        best = rank_pairs(database, model, pca, members, target, samples)[:looks]
-        blends = [interpolate(database.fragments[c.i], database.fragments[c.j], c.alpha,
-                              up=database.body.up) for c in best]
+        ranked.append(rank_pairs(database, model, pca, members, target, samples))
+    if persona:
+        ranked = _of_one_persona(ranked, database)
+    for best in (choice[:looks] for choice in ranked):
+        blends = [database.blend(c.i, c.j, c.alpha) for c in best]
         misses = [np.linalg.norm(observe(blend, database.observer) - target)
                   for blend in blends] if looks > 1 else [0.0]
         choices.append(best[int(np.argmin(misses))])
         parts.append(blends[int(np.argmin(misses))])
-    root, floor = _at_origin(parts[0].root, Y.root[0, HEADING], database.body), database.body.floor
+    root, floor = at_origin(parts[0].root, Y.root[0, HEADING], database.body), database.body.floor
     root[:, floor] += Y.root[0, floor]
     parts[0] = replace(parts[0], root=root)
     cuts = np.cumsum([0] + [part.frames for part in parts])
     return Synthesis(join(parts, database.body), tuple(int(cut) for cut in cuts), tuple(pieces),
                      tuple(choices))
+
+
+def _of_one_persona(ranked, database):
+    """Of each piece's choices those by the two performers whose best choices have the least sum of
+    errors over all pieces."""
+    if database.performers is None:
+        raise SynthesisError("persona: found a database without performers' names, needed them in "
+                             "the file names; see --pattern")
+    who, errors = database.performers, []
+    for choices in ranked:
+        best: dict[tuple[str, str], float] = {}
+        for c in choices:                                    # the best comes first
+            best.setdefault((who[c.i], who[c.j]), c.error)
+        errors.append(best)
+    shared = set.intersection(*map(set, errors))
+    if not shared:
+        raise SynthesisError("persona: found no two performers near every piece, needed two; "
+                             " raise the number of neighbours")
+    pair = min(sorted(shared), key=lambda names: sum(best[names] for best in errors))
+    return [[c for c in choices if (who[c.i], who[c.j]) == pair] for choices in ranked]
 
 
 def observed_style(fragment: Fragment, cuts: Sequence[int], contents: Sequence[str | None],

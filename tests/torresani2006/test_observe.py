@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from refimpl.torresani2006 import observe, poses
+from refimpl.torresani2006 import labels, observe, poses
 from refimpl.embedded import performers
-from refimpl.torresani2006.observe import read_labels
+from refimpl.torresani2006.labels import read_labels
 
 HEADER = "clip,start,end,flow,weight,time\n"
 
@@ -20,7 +20,7 @@ def seen():
     made = performers.make_performers()
     body = poses.fit_body([performance.clip for performance in made])
     fragments = [poses.fragment_of(p.clip, body, p.name, p.contents[0]) for p in made]
-    observer = observe.fit_observer(fragments, body)
+    observer = observe.fit_observer(fragments, body, observe.PUBLISHED)
     return (fragments, observer, np.array([observe.observe(f, observer) for f in fragments]),
             np.array([p.effort for p in made]))
 
@@ -88,7 +88,7 @@ def test_too_little(seen):
         observe.observe(replace(fragments[0], angles=fragments[0].angles[:3],
                                 root=fragments[0].root[:3]), observer)
     with pytest.raises(observe.ObserveError, match="nothing to compare"):
-        observe.fit_observer(fragments[:1], observer.body)
+        observe.fit_observer(fragments[:1], observer.body, observe.PUBLISHED)
 
 
 def write(tmp_path, text):
@@ -100,10 +100,10 @@ def write(tmp_path, text):
 def test_labels(tmp_path):
     path = write(tmp_path, HEADER
                  + "walk.bvh,0,40,1.5,-3,3\n# a note\n\nwalk,40,90,0,0,0\nbow,,,-1,2,0.5\n")
-    labels = read_labels(path, {"walk": 90, "bow": 50})
-    assert ([(label.clip, label.start, label.end, label.line) for label in labels]
+    found = read_labels(path, {"walk": 90, "bow": 50})
+    assert ([(label.clip, label.start, label.end, label.line) for label in found]
             == [("walk", 0, 40, 2), ("walk", 40, 90, 5), ("bow", 0, 50, 6)])
-    np.testing.assert_array_equal(labels[0].style, [1.5, -3, 3])
+    np.testing.assert_array_equal(found[0].style, [1.5, -3, 3])
 
 
 @pytest.mark.parametrize("text, message", [
@@ -123,7 +123,7 @@ def test_labels(tmp_path):
      ":4: found frames 0 to 40 of 'walk' a second time (the first is in line 2)"),
 ])
 def test_wrong_labels_name_the_line(tmp_path, text, message):
-    with pytest.raises(observe.LabelError) as error:
+    with pytest.raises(labels.LabelError) as error:
         read_labels(write(tmp_path, text), {"walk": 90, "bow": 50})
     assert message in str(error.value) and "labels.csv" in str(error.value)
 
@@ -131,5 +131,5 @@ def test_wrong_labels_name_the_line(tmp_path, text, message):
 def test_labels_that_are_no_text(tmp_path):
     path = tmp_path / "labels.csv"
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(observe.LabelError, match="UTF-8"):
+    with pytest.raises(labels.LabelError, match="UTF-8"):
         read_labels(path, {})

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from refimpl.torresani2006 import align, poses
-from refimpl.experiments import torresani as experiment
+from refimpl.torresani2006 import align, content, database as databases, poses
+from refimpl.experiments import phrases, torresani as experiment
 from refimpl.embedded import performers
 from refimpl.torresani2006.segment import SegmentError, segment
 
@@ -87,7 +87,7 @@ def cast():
 
 
 def test_known_fragments_warped_and_noisy_are_cut_where_they_were_joined(cast):
-    rates = experiment.cut_again(cast.database, trials=20)
+    rates = phrases.cut_again(cast.database, trials=20)
     assert rates["sequences"] == rates["cuts"] == rates["fragments"] == 1.0
 
 
@@ -100,7 +100,7 @@ def test_phrases_of_performers_not_in_the_database(cast):
         assert tuple(cast.database.fragments[piece.fragment].content
                      for piece in pieces) == phrase.contents
         assert np.abs(np.array([piece.end for piece in pieces]) - np.array(phrase.cuts[1:])
-                      / 2).max() <= experiment.CUT_TOLERANCE
+                      / 2).max() <= phrases.CUT_TOLERANCE
 
 
 def test_contents_cluster(cast):
@@ -110,7 +110,29 @@ def test_contents_cluster(cast):
     assert len(set(zip(found.tolist(), contents))) == 5
 
 
+def test_ways_to_group_contents(cast):
+    found = phrases.contents_found(cast)
+    assert all(row == {"adjusted Rand index": 1.0, "largest": 12} for row in found.values()), found
+    far = np.ones((6, 6)) - np.eye(6)
+    far[5, :5] = far[:5, 5] = 9.0
+    assert "5 of 6" in content.groups(far, 2)[1]
+    with pytest.raises(align.AlignError, match="count: found 0"):
+        content.groups(far, 0)
+
+
+def test_a_piece_like_nothing_is_said_to_be(cast):
+    known = databases.without(cast.database, np.array(
+        [f.content != "kick" for f in cast.database.fragments]))
+    view = known.contents()
+
+    def far(name):
+        made = performers.perform(name, 60).clip
+        _, pieces = view.cut(poses.fragment_of(made, known.body, name).angles)
+        return max(view.like(piece) for piece in pieces)
+    assert far("kick") > 1 > far("wave")
+
+
 @pytest.mark.mocap
 def test_real_fragments_are_cut_where_they_were_joined(mocap):
     real = experiment.folder_cast(mocap / "bandai1")
-    assert experiment.cut_again(real.database, trials=2, length=3)["sequences"] == 1.0
+    assert phrases.cut_again(real.database, trials=2, length=3)["sequences"] == 1.0

@@ -8,13 +8,15 @@ import re
 import numpy as np
 import pytest
 
-from refimpl.commands import torresani
+from refimpl.commands import torresani, torresani_experiment
 from refimpl.motion import bvh
 from refimpl.motion.skeleton import local_pose
 from refimpl.torresani2006 import database as databases
-from refimpl.experiments import torresani as experiment
+from refimpl.pictures import player
+from refimpl.experiments import phrases, sheets, torresani as experiment
 from refimpl.embedded import performers
 from refimpl.torresani2006 import poses, regress, segment, synthesise
+from refimpl.motion.dataset import LabelError
 
 
 @pytest.fixture(scope="module")
@@ -174,9 +176,6 @@ def test_analysts_labels(tmp_path):
 
 def test_table_and_curves(trained):
     database, model, projection = trained
-    errors = experiment.table_1(database, 1,
-                                models=("linear interpolation", "kernel ridge", "support vector"))
-    assert all(error.shape == (1, 3) and (error > 0).all() for error in errors.values())
     found = experiment.figure_1(database, model, projection, points=7, looks=7)
     assert len(found) == 3
     for curves in found:
@@ -232,13 +231,15 @@ def test_commands(tmp_path, capsys, trained, monkeypatch):
     clip = tmp_path / "phrase.bvh"
     bvh.write_bvh(clip, performers.perform(("kick", "bow"), 50).clip)
     assert command("segment", clip) == 0
-    assert ([line.split()[0] for line in capsys.readouterr().out.splitlines()]
-            == ["content", "kick", "bow", f"{clip}:"])
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert [row[2] for row in rows[:3]] == ["content", "kick", "bow"] and len(rows) == 4
+    assert [row[-1] for row in rows[1:3]] == ["yes", "yes"]
     out = tmp_path / "out.bvh"
     assert command("synthesise", clip, "--flow", 1, "--weight", -1, "--time", "0.5", "-o", out) == 0
     text = capsys.readouterr().out
-    assert ("asked for: flow 1.00, weight -1.00, time 0.50" in text and "computed observer, output"
-            in text)
+    assert "asked: flow 1.00, weight -1.00, time 0.50; predicted: flow" in text
+    assert "seen by an observer that did not choose: flow" in text and "seams at" in text
+    assert command("synthesise", clip, "--persona", "-o", out) == 0
     made, given = bvh.read_bvh(out), bvh.read_bvh(clip)
     assert made.joints == given.joints and made.fps == given.fps
     toes = [made.names.index(name) for name in ("LeftToe", "RightToe")]
@@ -258,16 +259,51 @@ def test_commands(tmp_path, capsys, trained, monkeypatch):
 
 
 def test_experiment_command(tmp_path, capsys, monkeypatch):
-    few, cut_again = experiment.embedded_cast(3), experiment.cut_again
+    few, cut_again = experiment.embedded_cast(3), phrases.cut_again
     monkeypatch.setattr(experiment, "embedded_cast", lambda: few)
-    monkeypatch.setattr(experiment, "cut_again", lambda database,
+    monkeypatch.setattr(phrases, "cut_again", lambda database,
                         seed: cut_again(database, 2, seed=seed))
-    monkeypatch.setattr(torresani, "train", lambda database,
-                        seed=0: databases.train(database, blends=40, seed=seed))
-    assert command("experiment", "torresani", "--splits", 1, "--trials", 1, "--out", tmp_path) == 0
+    monkeypatch.setattr(torresani_experiment, "train", lambda database, seed=0, blends=20:
+                        databases.train(database, blends=20, seed=seed))
+    assert command("experiment", "torresani", "--draws", 1, "--splits", 1, "--trials", 1,
+                   "--orders", 1, "--only", "table 1", "contents", "newcomers", "synthesis",
+                   "--out", tmp_path) == 0
     report = json.loads((tmp_path / "report.json").read_text())
-    assert report["observer"] == "computed" and set(report["table_1"]) == set(regress.MODELS)
-    assert (tmp_path / "table_1.csv").read_text().startswith("model,flow,weight,time,paper: flow")
+    assert set(report["table 1"]) == {"swings", "paths"}
+    assert set(regress.MODELS) < set(report["table 1"]["paths"])
+    assert report["newcomers habits out, whitened"]["contents"] == 1.0
+    assert {"the input", "style 0", "random fragment", "nearest fragment", "looks 1", "looks 8",
+            "contents"} == set(report["synthesis"])
     assert len((tmp_path / "figure_1.csv").read_text().splitlines()) == 1 + 3 * 61
     assert ((tmp_path / "figure_1_3.png").stat().st_size > 1000
             and (tmp_path / "phrase.bvh").exists())
+
+
+def test_a_planted_function_comes_back_from_sheets(tmp_path, capsys, monkeypatch):
+    """A simulated analyst who sees the interpolation and one more in weight, with noise of 0.4."""
+    few = experiment.embedded_cast(4)
+    monkeypatch.setattr(experiment, "embedded_cast", lambda: few)
+    monkeypatch.setattr(player, "animation_html", lambda seen, fps, path, pictures:
+                        path.write_text(" ".join(seen)))
+    words = ("experiment", "torresani", "--blends", 60)
+    assert command(*words, "--export-blends", tmp_path) == 0
+    header, *lines = (tmp_path / "sheet.csv").read_text().split()
+    assert header == "clip,start,end,flow,weight,time,analyst" and len(lines) == 80
+    assert len(list((tmp_path / "clips").iterdir())) == 80 and (tmp_path / "index.html").exists()
+    with pytest.raises(LabelError, match="no line below the header with flow"):
+        command(*words, "--labels", tmp_path / "sheet.csv")
+    _, pairs, alpha, names = sheets.motions_of(few.database, 60)
+    e, rng = np.random.default_rng(1).uniform(-1.5, 1.5, (20, 3)), np.random.default_rng(2)
+    line = (1 - alpha[:, None]) * e[pairs[:, 0]] + alpha[:, None] * e[pairs[:, 1]]
+    style = dict(zip(names, np.concatenate([e, line + [0, 1, 0]])))
+    filled = [f"{name},,,{','.join(f'{x:.2f}' for x in np.clip(y, -3, 3))},{who}"
+              for who in ("a", "b") for name in style
+              for y in [style[name] + 0.4 * rng.normal(size=3)]]
+    (tmp_path / "filled.csv").write_text("\n".join([header, *filled]))
+    assert command(*words, "--labels", tmp_path / "filled.csv", "--json", tmp_path / "t.json") == 0
+    told = json.loads((tmp_path / "t.json").read_text())
+    rows = {row: np.array(x["error"]) for row, x in told["table 1"].items()}
+    assert told["analysts"] == ["a", "b"] and told["agreement"]["flow"]["correlation"] > 0.7
+    noise = 0.4 ** 2 / 2                                     # of the mean of two
+    assert (rows["plus a constant"] < 2.5 * noise).all(), rows
+    assert rows["linear interpolation"][1] > 0.8 and rows["mean of the labels"].min() > 3 * noise
