@@ -15,6 +15,7 @@ import json
 import math
 import os
 from pathlib import Path
+import secrets
 import stat
 import sys
 import tempfile
@@ -157,30 +158,23 @@ def atomic_write(path: str | Path, mode: str = "w") -> Iterator[IO]:
         raise OutputError(f"{path}: found an input of this command where an output would stand, "
                           "needed another name for the output; nothing was written there")
     with _named(path):
-        handle, temporary = tempfile.mkstemp(".part", f".{target.name[:40]}.", target.parent)
+        # its name is known before it is there, so that a signal at any moment leaves none behind
+        temporary = target.parent / f".{target.name[:40]}.{secrets.token_hex(8)}.part"
         try:
-            with os.fdopen(handle, mode, **text) as file:
+            with open(temporary, mode.replace("w", "x"), **text) as file:
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
-            os.umask(mask := os.umask(0))                    # it cannot be read without being set
-            usual = 0o666 & ~mask
-            os.chmod(temporary, stat.S_IMODE(target.stat().st_mode) if target.exists() else usual)
+            if target.exists():
+                os.chmod(temporary, stat.S_IMODE(target.stat().st_mode))
             os.replace(temporary, target)
         except BaseException:
             with contextlib.suppress(OSError):
                 os.unlink(temporary)
             raise
-
-
-def set_aside(path: str | Path) -> Path | None:
-    """Give a file the first free name of PATH.1, PATH.2 ... and return it; None without a file."""
-    path, number = Path(path), 1
-    if not os.path.lexists(path):
-        return None
-    while os.path.lexists(f"{path}.{number}"):
-        number += 1
-    return path.rename(f"{path}.{number}")
+    with contextlib.suppress(OSError), contextlib.ExitStack() as stack:  # not all folders can be
+        stack.callback(os.close, handle := os.open(target.parent, os.O_RDONLY))
+        os.fsync(handle)
 
 
 def read_table(path: str | Path, layout: str, refusal: type[ValueError]) -> list[list[str]]:

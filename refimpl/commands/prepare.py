@@ -43,7 +43,8 @@ def add_commands(commands: Any) -> None:
                               "rounded down (default: %(default)s)")
     command.add_argument("--processes", type=whole(1, 256), default=1, metavar="N",
                          help="read clips in so many processes (default: %(default)s)")
-    command.set_defaults(run=run)
+    command.set_defaults(run=run, also_reads=lambda arguments: {
+        f"--mapping-for {regex}": path for regex, path in arguments.mapping_for})
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -55,7 +56,7 @@ def run(arguments: argparse.Namespace) -> None:
     paths = find_clips(folder)
     labels = (labels_from_file(paths, arguments.labels, folder) if arguments.labels
               else labels_by_pattern(paths, arguments.pattern))
-    _say_labels(labels, arguments.labels)
+    _say_labels(labels, arguments.labels, paths)
     progress, bad = Progress(len(labels), "clip"), []
     with workers(arguments.processes) as executor:
         dataset = prepare(
@@ -71,11 +72,13 @@ def run(arguments: argparse.Namespace) -> None:
         print("\n".join([f"left out, {len(bad)}:", *(f"  {why}" for why in bad)]))
 
 
-def _say_labels(labels, table_file):
-    """Where the labels came from, and what they are."""
+def _say_labels(labels, table_file, paths):
+    """Where the labels came from, what they are, and which clips have none."""
     contents, styles = (sorted({both[n] for both in labels.values()}) for n in (0, 1))
     print(f"from {'the table' if table_file else 'the names'}: content {_few(contents)}; style "
           f"{_few(styles)}")
+    if without := sorted(set(map(str, paths)) - {str(getattr(key, "path", key)) for key in labels}):
+        print(f"without a label, left out, {len(without)}: {_few(without)}")
 
 
 def _few(words, most=8):

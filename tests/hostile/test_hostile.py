@@ -127,7 +127,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path):
 
 
 @pytest.mark.parametrize("step, number",
-                         [("mkstemp", errno.EACCES), ("mkstemp", errno.EROFS),
+                         [("open", errno.EACCES), ("open", errno.EROFS),
                           ("fsync", errno.ENOSPC), ("replace", errno.EPERM)])
 def test_every_step_of_a_write_may_be_refused(step, number, tmp_path, monkeypatch, capsys):
     """Permission, a read-only file system, a disk that is full when the bytes go down, a name that
@@ -140,7 +140,10 @@ def test_every_step_of_a_write_may_be_refused(step, number, tmp_path, monkeypatc
 
     def refuse(*arguments, **options):
         raise OSError(number, os.strerror(number), str(tmp_path / "motions.npz"))
-    monkeypatch.setattr({"mkstemp": tempfile, "fsync": os, "replace": os}[step], step, refuse)
+    if step == "open":
+        monkeypatch.setattr(tempfile, "TemporaryFile", refuse)
+    else:
+        monkeypatch.setattr(os, step, refuse)
     assert main(["prepare", str(clips), "-o", str(tmp_path / "motions.npz")]) == 2
     err = capsys.readouterr().err.splitlines()[-1]
     assert err.startswith("refimpl: error:") and os.strerror(number) in err
