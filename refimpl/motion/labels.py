@@ -126,7 +126,7 @@ def _frame_cuts(rows, known, label_file):
             cut = [row[columns[f"{content}_{edge}"]] for edge in ("START", "STOP")]
             name = f"{row[0]}_{content}"
             if name in known and not set(cut) <= {"N/A", ""}:
-                piece = _piece(_one(known[name], name, where), *cut, where)
+                piece = _piece(_one(known[name], name, where), cut[0], cut[1], where)
                 if piece in labels:
                     raise LabelError(f"{where}: found {name!r} a second time, needed each once")
                 labels[piece] = (content, row[0])
@@ -143,10 +143,7 @@ def find_clips(folder: str | Path) -> list[Path]:
     folder = Path(folder)
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder}: found no such folder, needed a folder of BVH files")
-    def refuse(error):
-        raise error
-
-    every = (Path(where, name) for where, _, names in os.walk(folder, onerror=refuse)
+    every = (Path(where, name) for where, _, names in os.walk(folder, onerror=_refuse)
              for name in names)
     found = sorted(path for path in every
                    if path.suffix.lower() in (".bvh", ".npy") and not is_special(path))
@@ -160,6 +157,10 @@ def find_clips(folder: str | Path) -> list[Path]:
             raise LabelError(f"{path}: found {other.name} beside it, needed each name once, "
                              "whatever its ending; rename one of them")
     return paths
+
+
+def _refuse(error):
+    raise error
 
 
 def piece_named(name: str, paths: Mapping[str, Path]) -> Excerpt | None:
