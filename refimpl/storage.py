@@ -181,7 +181,7 @@ def read_table(path: str | Path, layout: str, refusal: type[ValueError]) -> list
     """A small CSV file as lists of stripped cells, one a line.   Raises `refusal`, OSError."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            return [[cell.strip() for cell in row] for row in csv.reader(file)]
+            return [[cell.strip() for cell in row] for row in csv.reader(file, strict=True)]
     except (UnicodeDecodeError, csv.Error) as error:
         raise refusal(f"{path}: found {error}, needed UTF-8 text with {layout}") from None
 

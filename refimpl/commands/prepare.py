@@ -2,15 +2,13 @@
 
 import argparse
 from pathlib import Path
-import re
 from typing import Any
 
-from ..motion.dataset import (HELD_OUT, PATTERN, Dataset, find_clips, labels_by_pattern,
-                              labels_from_file, prepare, save_dataset)
+from ..motion.dataset import (HELD_OUT, PATTERN, Dataset, LabelError, expression, find_clips,
+                              labels_by_pattern, labels_from_file, prepare, save_dataset)
 from ..motion.features import FPS
 from ..motion.joints import read_mapping
-from .options import (InputFolder, InputPath, OutputPath, add_reading, number, pattern, reading,
-                      whole)
+from .options import InputFolder, InputPath, OutputPath, add_reading, number, reading, whole
 from .progress import Progress, table
 from .workers import workers
 
@@ -50,12 +48,19 @@ def add_commands(commands: Any) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Read the clips, write the data set and print what is in it."""
     general, how = reading(arguments)
-    special = [(re.compile(pattern(regex)), read_mapping(path))
-               for regex, path in arguments.mapping_for]
+    special = [(expression(regex), read_mapping(path)) for regex, path in arguments.mapping_for]
     folder = Path(arguments.folder)
     paths = find_clips(folder)
-    labels = (labels_from_file(paths, arguments.labels, folder) if arguments.labels
+    idle = [regex.pattern for regex, _ in special
+            if not any(regex.search(path.as_posix()) for path in paths)]
+    if idle:
+        raise LabelError(f"--mapping-for: found {idle[0]!r} in the path of no clip, needed an "
+                         "expression that fits some")
+    missing: list[str] = []
+    labels = (labels_from_file(paths, arguments.labels, folder, missing.append) if arguments.labels
               else labels_by_pattern(paths, arguments.pattern))
+    if missing:
+        print(f"in the table and not in {folder}, {len(missing)}: {_few(missing)}")
     _say_labels(labels, arguments.labels, paths)
     progress, bad = Progress(len(labels), "clip"), []
     with workers(arguments.processes) as executor:

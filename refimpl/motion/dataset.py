@@ -73,7 +73,7 @@ class Dataset:
 def prepare(folder: str | Path, labels: dict[Any, tuple[str, str]], *,
             fraction: float = HELD_OUT, overrides: Overrides = None,
             report: Callable[[Path], Any] = lambda path: None,
-            executor: Executor | None = None, skip: Callable[[Path, ValueError], Any] | None = None,
+            executor: Executor | None = None, skip: Callable[[Path, Exception], Any] | None = None,
             **how: Any) -> Dataset:
     """Read the labelled clips of a folder, of any skeletons, and make their features.
 
@@ -102,7 +102,7 @@ def prepare(folder: str | Path, labels: dict[Any, tuple[str, str]], *,
     for (name, piece), result in zip(named.items(), read):
         try:
             parts[name] = result()
-        except ValueError as error:
+        except (ValueError, OSError) as error:
             if skip is None:
                 raise
             skip(piece.path, error)

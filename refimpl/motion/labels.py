@@ -1,6 +1,6 @@
 """Which content and style a clip has: from file names, from a table, for parts of clips too."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 import os
 from pathlib import Path
 import re
@@ -49,19 +49,22 @@ def labels_by_pattern(paths: Iterable[Path],
         raise LabelError(f"pattern {pattern!r}: needed the named groups (?P<content>...) and "
                          "(?P<style>...)")
     matches = ((path, regex.search(path.stem)) for path in paths)
-    return {path: (match["content"], match["style"]) for path, match in matches if match}
+    return {path: (match["content"], match["style"]) for path, match in matches
+            if match and match["content"] and match["style"]}
 
 
-def labels_from_file(paths: Iterable[Path], label_file: str | Path,
-                     folder: str | Path) -> dict[Any, tuple[str, str]]:
+def labels_from_file(paths: Iterable[Path], label_file: str | Path, folder: str | Path,
+                     missing: Callable[[str], Any] = lambda name: None
+                     ) -> dict[Any, tuple[str, str]]:
     """Labels from a CSV file with the header `clip,content,style`, or `clip,content,style,begin,
     end` for parts of clips; a clip is named by its path below the folder or, where no other clip
     has it, its file name. The Frame_Cuts.csv of 100STYLE is read as it is: a line a style, begin
     and end of each content.
 
-    paths : BVH files in the folder  ->  {path or Excerpt: (content, style)}
-    Raises LabelError naming the line: unknown clip, a name that several have, one named twice, an
-    empty label, no such rows.
+    paths : BVH files in the folder;  missing : called with each clip of 100STYLE's table that is
+    not among them  ->  {path or Excerpt: (content, style)}
+    Raises LabelError naming the line: unknown clip, a name that several have, a clip or some of its
+    rows named twice, an empty label, no such rows.
     """
     known: dict[str, list[Path]] = {}
     exact = {path.relative_to(folder).as_posix(): [path] for path in paths}
@@ -72,7 +75,7 @@ def labels_from_file(paths: Iterable[Path], label_file: str | Path,
     labels: dict[Any, tuple[str, str]] = {}
     rows = read_table(label_file, "the header clip,content,style", LabelError)
     if rows and rows[0][0] == "STYLE_NAME":
-        return _frame_cuts(rows, known, label_file)
+        return _frame_cuts(rows, known, label_file, missing)
     parts = bool(rows) and rows[0] == [*LABELLED, "begin", "end"]
     if not rows or not (rows[0] == LABELLED or parts):
         found = ",".join(rows[0]) if rows else "an empty file"
@@ -90,9 +93,10 @@ def labels_from_file(paths: Iterable[Path], label_file: str | Path,
         key: Any = _one(known[row[0]], row[0], f"{label_file}:{line}")
         if parts:
             key = _piece(key, row[3], row[4], f"{label_file}:{line}")
-        if key in labels:
-            raise LabelError(f"{label_file}:{line}: found {row[0]!r} a second time, needed each "
-                             "clip once")
+        if key in labels or parts and any(key.path == other.path and key.begin < other.end
+                                          and other.begin < key.end for other in labels):
+            raise LabelError(f"{label_file}:{line}: found {row[0]!r}{' with rows' * parts} a second "
+                             "time, needed each once")
         labels[key] = (row[1], row[2])
     return labels
 
@@ -112,7 +116,7 @@ def _piece(path, begin, end, where):
     return Excerpt(path, int(begin), int(end))
 
 
-def _frame_cuts(rows, known, label_file):
+def _frame_cuts(rows, known, label_file, missing):
     """100STYLE's table: STYLE_NAME, then for each content NAME_START and NAME_STOP, or N/A."""
     labels: dict[Any, tuple[str, str]] = {}
     columns = {name.strip(): n for n, name in enumerate(rows[0])}
@@ -125,7 +129,11 @@ def _frame_cuts(rows, known, label_file):
         for content in contents if any(row) else []:
             cut = [row[columns[f"{content}_{edge}"]] for edge in ("START", "STOP")]
             name = f"{row[0]}_{content}"
-            if name in known and not set(cut) <= {"N/A", ""}:
+            if set(cut) <= {"N/A", ""}:
+                continue
+            if name not in known:
+                missing(name)
+            else:
                 piece = _piece(_one(known[name], name, where), cut[0], cut[1], where)
                 if piece in labels:
                     raise LabelError(f"{where}: found {name!r} a second time, needed each once")
@@ -145,8 +153,9 @@ def find_clips(folder: str | Path) -> list[Path]:
         raise FileNotFoundError(f"{folder}: found no such folder, needed a folder of BVH files")
     every = (Path(where, name) for where, _, names in os.walk(folder, onerror=_refuse)
              for name in names)
-    found = sorted(path for path in every
-                   if path.suffix.lower() in (".bvh", ".npy") and not is_special(path))
+    found = sorted(path for path in every if path.suffix.lower() in (".bvh", ".npy"))
+    if special := [str(path) for path in found if is_special(path)]:
+        raise LabelError(f"{special[0]}: found a pipe or a device, needed files; take it out")
     paths = [path for path in found if path.suffix.lower() == ".bvh"] or found
     if not paths:
         raise FileNotFoundError(f"{folder}: found no BVH file in it or below, needed at least one")
