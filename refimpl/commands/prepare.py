@@ -2,6 +2,7 @@
 
 import argparse
 from pathlib import Path
+import sys
 from typing import Any
 
 from ..motion.dataset import (HELD_OUT, PATTERN, Dataset, LabelError, expression, find_clips,
@@ -11,6 +12,8 @@ from ..motion.joints import read_mapping
 from .options import InputFolder, InputPath, OutputPath, add_reading, number, reading, whole
 from .progress import Progress, table
 from .workers import workers
+
+MOST = 20                                                        # warnings shown
 
 
 def add_commands(commands: Any) -> None:
@@ -62,14 +65,17 @@ def run(arguments: argparse.Namespace) -> None:
     if missing:
         print(f"in the table and not in {folder}, {len(missing)}: {_few(missing)}")
     _say_labels(labels, arguments.labels, paths)
-    progress, bad = Progress(len(labels), "clip"), []
+    progress, bad, odd = Progress(len(labels), "clip"), [], []
     with workers(arguments.processes) as executor:
         dataset = prepare(
             folder, labels, fraction=arguments.hold_out, report=lambda path: progress.step(
                 path.name), executor=executor, overrides=lambda path: next(
                     (own for regex, own in special if regex.search(path.as_posix())), general),
-            skip=(lambda path, why: bad.append(str(why))) if arguments.skip_bad else None, **how)
+            skip=(lambda path, why: bad.append(str(why))) if arguments.skip_bad else None,
+            doubt=lambda path, why: odd.append(f"{path}: {why}"), **how)
     save_dataset(arguments.output, dataset)
+    for line in [*odd[:MOST], *[f"{len(odd) - MOST} more such lines"][:len(odd) > MOST]]:
+        print(f"refimpl: warning: {line}", file=sys.stderr)
     print("\n".join(clips_by_style(dataset)))
     print(f"{arguments.output}: {len(dataset.clips)} of {len(paths)} clips, "
           f"{sum(c.held_out for c in dataset.clips)} kept out of training")

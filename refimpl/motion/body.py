@@ -13,8 +13,9 @@ from ..storage import plausible
 from . import bvh
 from .canonical import Physique, to_body
 from .clip import Clip, plus_offsets
+from .doubts import doubts
 from .extend import extended
-from .features import FLOOR, FPS, LEG_RANGE, Start, encode, leg_length, root_motion, scale
+from .features import FLOOR, FPS, LEG_RANGE, TURN, Start, encode, leg_length, root_motion, scale
 from .ground import planted_feet, resting_heights
 from .joints import BONES, HEELS, SLOT, Mapping
 from .mapping import map_clip
@@ -23,8 +24,9 @@ from .skeleton import carrier, forward_kinematics, local_pose, resample
 from .strays import Strays, bridged, find_strays
 
 MARGIN = 48          # frames beyond both ends: the networks see 36 + 13 to each side of a frame
-# Turns a z-up world into a y-up one: (x, y, z) -> (x, z, -y).
-_Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
+# What turns a world of which this axis is up into a y-up one, as (x, y, z) -> (x, z, -y) for z.
+_UPRIGHT = {"y": np.eye(3), "z": np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]]),
+            "-y": np.diag([1.0, -1, -1]), "-z": np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])}
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,18 @@ class Take:
     strays: Strays = field(repr=False)
 
     @property
+    def up(self) -> str:
+        """The axis of the file that was taken for up, of `up_axis`."""
+        return next(axis for axis, turn in _UPRIGHT.items() if (turn == self.upright).all())
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Why not to trust it, in words: rows that are not motion, and what no body does."""
+        strays = self.strays.said()
+        return ((strays,) if strays else ()) + doubts(
+            self.positions, self.features[:, TURN], self.clip.fps, self.up)
+
+    @property
     def toes(self) -> np.ndarray:
         """At which height the left and the right toe joint rest.   ->  (2,)"""
         return resting_heights(self.positions)[1::2]
@@ -75,7 +89,7 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
                                                                    *local_pose(clip))), clip.fps)
         rotations, translations = resample(*bridged(*local_pose(clip), strays), clip.fps, FPS)
         positions = mapping.positions(*forward_kinematics(clip.parents, rotations, translations))
-        upright = _Z_UP_TO_Y_UP if up_axis(positions) == "z" else np.eye(3)
+        upright = _UPRIGHT[up_axis(positions)]
         positions = positions @ upright.T
         leg = leg_length(positions)
     if not leg > 0:
@@ -95,8 +109,8 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
     around, start = _around(positions, floor)
     features = around[MARGIN:-MARGIN]
     if not np.isfinite(features).all():
-        raise ValueError(f"{name}: found shoulders exactly opposite to the hips in some frame, "
-                         "needed to know where the body faces")
+        raise ValueError(f"{name}: found shoulders exactly opposite to the hips, needed to know "
+                         "where the body faces")
     return Take(clip, rotations, translations, mapping, upright, positions, features, start,
                 contacts, strays)
 
@@ -178,15 +192,16 @@ def read_take(path: str | Path, overrides: dict[str, str] | None = None, *,
 def up_axis(positions: np.ndarray) -> str:
     """Which way is up: the axis along which the head is farther from the ankles, over all frames.
 
-    positions : (T, 21, 3)  ->  "y" or "z"
+    positions : (T, 21, 3)  ->  "y" or "z", "-y" or "-z" where the head lies towards that side
 
     >>> body = np.zeros((1, 21, 3))
     >>> body[:, SLOT["Head"]] = [0, 20, 150]
-    >>> up_axis(body)
-    'z'
+    >>> up_axis(body), up_axis(-body)
+    ('z', '-z')
     """
-    rise = np.abs(np.mean(positions[:, SLOT["Head"]] - positions[:, HEELS].mean(axis=1), axis=0))
-    return "z" if rise[2] > rise[1] else "y"
+    rise = np.mean(positions[:, SLOT["Head"]] - positions[:, HEELS].mean(axis=1), axis=0)
+    axis = "z" if abs(rise[2]) > abs(rise[1]) else "y"
+    return axis if rise["xyz".index(axis)] >= 0 else f"-{axis}"
 
 
 def standing_height(lengths: np.ndarray) -> float:

@@ -74,6 +74,7 @@ def prepare(folder: str | Path, labels: dict[Any, tuple[str, str]], *,
             fraction: float = HELD_OUT, overrides: Overrides = None,
             report: Callable[[Path], Any] = lambda path: None,
             executor: Executor | None = None, skip: Callable[[Path, Exception], Any] | None = None,
+            doubt: Callable[[Path, str], Any] = lambda path, why: None,
             **how: Any) -> Dataset:
     """Read the labelled clips of a folder, of any skeletons, and make their features.
 
@@ -81,6 +82,7 @@ def prepare(folder: str | Path, labels: dict[Any, tuple[str, str]], *,
     training;  overrides : {slot: joint} for odd skeletons, or a function of a path that gives it
     report : called with each path when it has been read;  executor : whose workers read them
     skip : called with what cannot be used and why, which is left out; else it is raised
+    doubt : called with what is odd about a clip that is used (`doubts`)
     how : rate and positions, as in `body.read_clip`
     ->  Dataset.   Raises LabelError where there are none, and what `read_take` raises.
     """
@@ -101,7 +103,9 @@ def prepare(folder: str | Path, labels: dict[Any, tuple[str, str]], *,
     parts = {}
     for (name, piece), result in zip(named.items(), read):
         try:
-            parts[name] = result()
+            *parts[name], odd = result()
+            for why in odd:
+                doubt(piece.path, why)
         except (ValueError, OSError) as error:
             if skip is None:
                 raise
@@ -146,7 +150,8 @@ def read_piece(piece: Excerpt, overrides: dict[str, str] | None = None, **how: A
 
 
 def _read_part(piece, overrides, how):
-    return _part(read_piece(piece, overrides, **how))
+    take = read_piece(piece, overrides, **how)
+    return *_part(take), take.doubts
 
 
 def _assemble(parts, labels, source, fraction):

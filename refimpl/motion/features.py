@@ -132,7 +132,8 @@ def facing(positions: np.ndarray) -> np.ndarray:
 
         forward = across x up
 
-    smoothed over time (a sway of the shoulders is not a turn) and normalised again.
+    smoothed over time (a sway of the shoulders is not a turn) and normalised again. A frame that
+    faces nowhere, its shoulders exactly opposite to its hips, takes what the frames about it say.
 
     positions : (T, 21, 3)  ->  (T, 2): x and z
 
@@ -143,7 +144,8 @@ def facing(positions: np.ndarray) -> np.ndarray:
     """
     x, _, z = np.moveaxis(across(positions), -1, 0)
     forward = np.stack([-z, x], axis=1)
-    forward = forward / np.linalg.norm(forward, axis=1, keepdims=True)
+    size = np.linalg.norm(forward, axis=1, keepdims=True)
+    forward = forward / np.where(size > 1e-9 * size.max(), size, np.inf)
     forward = gaussian_filter1d(forward, FACING_SIGMA, axis=0, mode="nearest")
     return forward / np.linalg.norm(forward, axis=1, keepdims=True)
 
