@@ -1,10 +1,12 @@
 """Settings of the rendered pages, for Sphinx; `docs/build.py` calls it."""
 
+import json
 from pathlib import Path
 import re
 import sys
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
 
 project = "refimpl"
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
@@ -25,12 +27,21 @@ html_css_files = ["wide.css"]
 suppress_warnings = ["myst.xref_missing", "myst.header"]
 
 
+WORDS = {path.stem: set(re.findall(r"\w+", " ".join(
+    "".join(cell["source"]) for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]
+    if cell["cell_type"] == "code"))) for path in sorted((ROOT / "notebooks").glob("[0-9]*.ipynb"))}
+
+
 def as_written(app, what, name, obj, options, lines):
-    """Our docstrings are plain text: the first sentence as a paragraph, the rest as it stands."""
+    """Our docstrings are plain text: the first sentence as a paragraph, the rest as it stands, and
+    the notebooks in which the function is used."""
     text = "\n".join(lines).split("\n\n", 1)
     lines[:] = re.sub(r"([|*`_\\])", r"\\\1", text[0]).splitlines()
     if len(text) > 1 and text[1].strip():
         lines += ["", ".. code-block:: text", "", *("    " + line for line in text[1].splitlines()), ""]
+    examples = [stem for stem, words in WORDS.items() if getattr(obj, "__name__", "") in words]
+    if what == "function" and examples:
+        lines += ["", "Used in " + ", ".join(f":doc:`/notebooks/{stem}`" for stem in examples), ""]
 
 
 def setup(app):

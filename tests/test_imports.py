@@ -67,9 +67,9 @@ def test_imports_point_downwards(path):
     assert inside - {room, "__version__"} <= MAY_IMPORT[room]
     allowed = (set(sys.stdlib_module_names) | {"numpy", "scipy"}
                | ({"matplotlib"} if room == "pictures" else set()))
-    # imported by `refimpl bench` alone, where PyTorch is installed
-    if path.name == "peer_torch.py":
-        allowed |= {"torch"}
+    # imported by `refimpl bench` alone, where these are installed
+    if path.name in ("peer_torch.py", "peer_onnx.py"):
+        allowed |= {"torch"} if path.name == "peer_torch.py" else {"onnx", "onnxruntime"}
     # imported by nobody here, but by who has the library
     if room == "adapters":
         allowed |= {path.stem}
@@ -92,7 +92,8 @@ def test_two_levels_and_short_files():
 def test_no_library_of_others_is_imported():
     """Nothing in the package imports the adapters, so nothing needs what they need."""
     elsewhere = ("refimpl.adapters.torch", "refimpl.adapters.jax", "refimpl.__main__",
-                 "refimpl.experiments.peer_torch", "refimpl.conformance.strategies")
+                 "refimpl.experiments.peer_torch", "refimpl.experiments.peer_onnx",
+                 "refimpl.conformance.strategies")
     code = ("import importlib, pkgutil, sys\n"
             "sys.modules.update(dict.fromkeys(['torch', 'jax', 'pytest', 'hypothesis']))\n"
             "import refimpl\n"

@@ -127,10 +127,10 @@ def _follow(epochs, total):
 
 
 def _pictures(out, style, content, result, records):
-    from ..pictures import player as animate, plot
+    from ..pictures import player, plot
     motions = {"style": style, "content": content, "result": result}
     plot.save(plot.strip(motions), out / "figure3.png")
-    animate.animation_html(motions, 60.0, out / "animation.html")
+    player.write_player(out / "animation.html", motions, align=True)
     plot.save(plot.curves(records["style"], ("loss", *(term.name for term in EQUATION_10))),
               out / "curves.png")
 

@@ -256,13 +256,14 @@ def _draw(path, names, curves):
     computed observer sees.
     """
     from ..pictures import plot
+    from ..pictures.staging import COLOURS
     figure = plot.Picture(figsize=(11.0, 4.2), dpi=plot.DPI, layout="constrained")
     panels = zip(figure.subplots(1, 3, sharey=True), EFFORTS, POLES)
     for n, (axes, effort, poles) in enumerate(panels):
         axes.axvspan(0, 1, color="#f2f2f2", zorder=0)
-        axes.plot(curves.alpha, curves.predicted[:, n], color=plot.COLOURS["result"], linewidth=2.2,
+        axes.plot(curves.alpha, curves.predicted[:, n], color=COLOURS["result"], linewidth=2.2,
                   label="predicted, kernel ridge")
-        axes.plot(curves.alpha, curves.linear[:, n], color=plot.COLOURS["style"], linewidth=1.6,
+        axes.plot(curves.alpha, curves.linear[:, n], color=COLOURS["style"], linewidth=1.6,
                   linestyle="--", label="linear interpolation")
         axes.plot(curves.tried, curves.observed[:, n], "o", color="#222222", markersize=4.5,
                   clip_on=False, zorder=3, label="computed observer")

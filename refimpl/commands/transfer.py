@@ -63,7 +63,7 @@ def add_commands(commands: Any) -> None:
     command.add_argument("--plot", metavar="OUT.png", type=OutputPath,
                          help="draw content and result, a pose at a time, from the side")
     command.add_argument("--animate", metavar="OUT.html", type=OutputPath,
-                         help="an animation of content and result for a browser")
+                         help="a page with a player of content and result, for a browser")
     command.add_argument("--json", metavar="FILE", type=OutputPath,
                          help="write what was done as JSON")
     command.add_argument("--method", choices=("network", "optimise"), default="network",
@@ -216,12 +216,13 @@ def _check_method(arguments):
 
 
 def _draw(content, result, picture, animation, unit):
-    """The picture and the animation of a transfer."""
-    from ..pictures import player as animate, plot
+    """The picture and the player of a transfer."""
     motions = {"content": content, "result": result.positions}
     if picture:
+        from ..pictures import plot
         plot.save(plot.strip(motions, unit=unit), picture)
         print(f"{picture}: content and result")
     if animation:
-        frames = animate.animation_html(motions, 60.0, animation)
-        print(f"{animation}: {frames} pictures")
+        from ..pictures.player import write_player
+        size = write_player(animation, motions, unit=unit)
+        print(f"{animation}: content and result in a player, {size / 1000:.0f} kB")

@@ -4,5 +4,5 @@
 - `code_2016`: the 2016 code with one statement changed.   `torresani`: section 8 of the 2006 paper.
 - `classifiers`, `measures`: who says what a motion looks like, and how far it is from a style.
 - `speed`: how fast, compared with what.
-  `peer_torch`: the same in PyTorch, imported by `bench` alone.
+  `peer_torch`, `peer_onnx`: the same in PyTorch and ONNX Runtime, imported by `bench` alone.
 """

@@ -9,7 +9,12 @@ import numpy as np
 import torch
 import torch.nn.functional as F
 
-torch.set_num_threads(1)
+VERSION, DEFAULT = f"PyTorch {torch.__version__}", torch.get_num_threads()
+
+
+def use_threads(threads: int | None) -> None:
+    """As many threads from now on; None for PyTorch's own number."""
+    torch.set_num_threads(threads or DEFAULT)
 
 
 def _tensors(params):

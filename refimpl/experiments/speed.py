@@ -1,12 +1,15 @@
 r"""How fast, compared with what: this package's forms of the same work, and PyTorch's where it is
 installed, in one run.
 
-Everything is measured interleaved, one thread each, as medians; what counts are ratios. The peer is
-the one place where this package looks for another framework, and only when `refimpl bench` runs. It
-is also compared for truth: each result against the direct convolution in float64.
+Everything is measured interleaved, as medians, with the same number of threads on both sides and
+with each side's default; what counts are ratios. The peers, `peer_torch` and `peer_onnx`, are the
+only places where this package looks for other frameworks, and only when `refimpl bench` runs. Each
+result is compared with the direct convolution in float64.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 import time
 import tracemalloc
 from typing import Any
@@ -15,14 +18,15 @@ import numpy as np
 
 from .. import nn
 from ..holden2017 import networks
-from ..fast.autoencoder import AutoencoderStep
-from ..fast.gradients import StyleStep
+from ..fast.autoencoder import autoencoder_gradients
+from ..fast.gradients import style_gradients
+from ..fast.shards import sharded
 from ..fast.stylist import Stylist
 from ..holden2017.objective import CONTENT, STYLE, Batch, Weights
 from ..motion.joints import BONES
 from ..fast import conv
 
-FRAMES, BATCHES = (240, 480, 960), (10, 32)
+FRAMES, BATCHES, SPARSE = (240, 480, 960, 3840), (10, 32), 0.01
 PERCEPTUAL = (CONTENT, STYLE)
 
 
@@ -73,15 +77,6 @@ def interleaved(rivals: Mapping[str, Callable[..., Any]], seconds: float = 1.5,
     return {name: float(np.median(t)) for name, t in times.items()}
 
 
-def _row(work, dtype, rivals, seconds, error=None):
-    """One line of the table: medians, the best peer, ratio of ours to it."""
-    times = interleaved(rivals, seconds)
-    peers = {name: t for name, t in times.items() if name.startswith("torch")}
-    best = min(peers, key=peers.__getitem__) if peers else None
-    return {"work": work, "dtype": np.dtype(dtype).name, "seconds": times, "best peer": best,
-            "ratio": times["tiled"] / peers[best] if best else None, "relative error": error}
-
-
 def relative_error(found: np.ndarray, exact: np.ndarray) -> float:
     """|| found - exact || / || exact ||
 
@@ -91,110 +86,177 @@ def relative_error(found: np.ndarray, exact: np.ndarray) -> float:
     return float(np.linalg.norm(found.astype(float) - exact) / np.linalg.norm(exact))
 
 
-def inference(problem: Problem, peer: Any, seconds: float,
-              frames: Sequence[int] = FRAMES) -> list[dict[str, Any]]:
-    """Stylise and project, batch 1.
+@dataclass(frozen=True)
+class Work:
+    """One line of the table.
 
-    peer : the module `peer_torch`, or None;  seconds : for each rival   ->  rows
+    ours : threads -> a call;  peers : {name: call} of the same work by others;  alone : the direct
+    form's call, or None;  error : of ours against the direct form in float64, or None;
+    default : our threads where nobody asks
     """
-    stylist, rows = Stylist(problem.T, problem.L), []
+
+    name: str
+    ours: Callable[[int], Callable]
+    peers: Mapping[str, Callable]
+    alone: Callable | None = None
+    error: float | None = None
+    default: int = 1
+
+
+def inference(problem: Problem, peers: Sequence[Any], frames: Sequence[int] = FRAMES,
+              ) -> Iterator[Work]:
+    """Stylise and project, batch 1.   peers : modules with an `inference`   ->  a Work a length"""
     wide = [{name: p.astype(float) for name, p in params.items()}
             for params in (problem.T, problem.L)]
     for count in frames:
         X = problem.motion(1, count)
         exact = networks.project(networks.transform(X.astype(float), wide[0]), wide[1])
-        rivals = {
-            "tiled": lambda: stylist.stylise(X),
-            "direct": lambda: networks.project(networks.transform(X, problem.T), problem.L),
-            **(peer.inference(problem, X) if peer else {})}
-        rows.append(_row(f"stylise + project, {count} frames", problem.dtype, rivals, seconds,
-                         relative_error(stylist.stylise(X), exact)))
-    return rows
+        calls: dict[str, Callable] = {}
+        for peer in peers:
+            calls |= peer.inference(problem, X)
+        yield Work(f"stylise + project, {count} frames", _stylising(problem, X), calls,
+                   _calling(_directly, problem, X),
+                   relative_error(Stylist(problem.T, problem.L).stylise(X), exact))
 
 
-def style_steps(problem: Problem, peer: Any, seconds: float,
-                batches: Sequence[int] = BATCHES) -> list[dict[str, Any]]:
+def _stylising(problem, X):
+    """threads -> a call"""
+    return lambda threads: _calling(Stylist(problem.T, problem.L, threads=threads).stylise, X)
+
+
+def _directly(problem, X):
+    return networks.project(networks.transform(X, problem.T), problem.L)
+
+
+def _calling(f, *arguments):
+    return lambda: f(*arguments)
+
+
+def style_steps(problem: Problem, peers: Sequence[Any], batches: Sequence[int] = BATCHES,
+                ) -> Iterator[Work]:
     """A training step of T with content and style loss: L(I), T(I), L(T(I)), both losses, and the
-    gradients of T's parameters.   ->  a row a batch
+    gradients of T's parameters.   ->  a Work a batch
     """
-    rows = []
+    nothing: Any = None                             # neither loss reads what the constraints do
     for batch in batches:
-        I, grams = problem.motion(batch, 240), problem.grams(batch)
-        step = StyleStep(batch, 240, problem.T, problem.L, np.zeros(66), np.ones(66), Weights(),
-                         PERCEPTUAL)
-        nothing: Any = None                         # neither loss reads what the constraints do
-        windows = Batch(I, grams, nothing, nothing, nothing)
-        rivals = {
-            "tiled": lambda step=step, windows=windows: step(problem.T, windows),
-            **(peer.style_step(problem, I, grams, Weights()) if peer else {})}
-        rows.append(_row(f"training step of T, batch {batch}", problem.dtype, rivals, seconds))
-    return rows
+        windows = Batch(problem.motion(batch, 240), problem.grams(batch), nothing, nothing, nothing)
+        calls: dict[str, Callable] = {}
+        for peer in peers:
+            if hasattr(peer, "style_step"):
+                calls |= peer.style_step(problem, windows.I, windows.gram, Weights())
+        yield Work(f"training step of T, batch {batch}",
+                   _in_parts(style_gradients, problem.T, windows, problem.L, np.zeros(66),
+                             np.ones(66), Weights(), PERCEPTUAL), calls, default=2)
 
 
-def autoencoder_steps(problem: Problem, peer: Any, seconds: float,
-                      batch: int = 10) -> list[dict[str, Any]]:
-    """A training step of the loss network, with depooling by chance.   ->  one row"""
+def autoencoder_steps(problem: Problem, peers: Sequence[Any], batch: int = 10) -> Iterator[Work]:
+    """A training step of the loss network, with depooling by chance.   ->  one Work"""
     X = problem.motion(batch, 240)
     chosen = problem.rng.integers(2, size=(batch, 120, len(problem.L["b0"])),
                                   dtype=np.int8).swapaxes(1, 2)
-    step = AutoencoderStep(batch, 240, problem.L, random=True)
-    rivals = {
-        "tiled": lambda: step(problem.L, X, chosen=chosen),
-        **(peer.autoencoder_step(problem, X, chosen, 0.01) if peer else {})}
-    work = f"training step of the loss network, batch {batch}"
-    return [_row(work, problem.dtype, rivals, seconds)]
+    calls: dict[str, Callable] = {}
+    for peer in peers:
+        if hasattr(peer, "autoencoder_step"):
+            calls |= peer.autoencoder_step(problem, X, chosen, SPARSE)
+    yield Work(f"training step of the loss network, batch {batch}",
+               _in_parts(autoencoder_gradients, problem.L,
+                         networks.Reconstruction(X, chosen=chosen), SPARSE), calls, default=2)
 
 
-def all_five(problem: Problem, seconds: float, batch: int = 10) -> list[dict[str, Any]]:
-    """A training step of T with all five losses, without a peer.   ->  one row"""
-    I, grams, rng = problem.motion(batch, 240), problem.grams(batch), problem.rng
-    step = StyleStep(batch, 240, problem.T, problem.L, np.zeros(66), np.ones(66), Weights())
+def all_five(problem: Problem, peers: Sequence[Any], batch: int = 10) -> Iterator[Work]:
+    """A training step of T with all five losses, without a peer.   ->  one Work"""
+    rng = problem.rng
     contacts = (rng.random((batch, 4, 240)) < 0.5).astype(problem.dtype)
     trajectory = rng.normal(size=(batch, 3, 240)).astype(problem.dtype)
-    windows = Batch(I, grams, contacts, np.ones(len(BONES)), trajectory)
-    return [_row(f"training step of T, all five losses, batch {batch}", problem.dtype,
-                 {"tiled": lambda: step(problem.T, windows)}, seconds)]
+    windows = Batch(problem.motion(batch, 240), problem.grams(batch), contacts,
+                    np.ones(len(BONES)), trajectory)
+    yield Work(f"training step of T, all five losses, batch {batch}",
+               _in_parts(style_gradients, problem.T, windows, problem.L, np.zeros(66), np.ones(66),
+                         Weights()), {}, default=2)
 
 
-def convolutions(problem: Problem, seconds: float) -> list[dict[str, Any]]:
+def _in_parts(make, params, batch, *constants):
+    """threads -> a call that computes losses and gradients of a batch in so many parts."""
+    def _with(threads):
+        executor = ThreadPoolExecutor(threads) if threads > 1 else None
+        return _calling(sharded(make, threads, executor)(*constants), params, batch)
+    return _with
+
+
+def convolutions(problem: Problem, peers: Sequence[Any] = ()) -> Iterator[Work]:
     """One layer, 128 to 128 channels, batch 10: the direct convolution, which is the definition,
-    and the tiles, without kept spectra.   ->  two rows
+    and the tiles, without kept spectra.   ->  two Works
     """
     x, w, b = problem.motion(10, 240)[:, :1].repeat(128, axis=1), problem.T["W2"], problem.T["b2"]
     dy = problem.motion(10, 240)[:, :1].repeat(128, axis=1)
-    forward = {"tiled": lambda: conv.conv1d(x, w, b), "direct": lambda: nn.conv1d(x, w, b)}
-    backward = {"tiled": lambda: conv.conv1d_backward(dy, x, w, b),
-                "direct": lambda: nn.conv1d_backward(dy, x, w, b)}
-    return [_row("conv1d 128 to 128, batch 10, forward", problem.dtype, forward, seconds),
-            _row("the same, backward", problem.dtype, backward, seconds)]
+    yield Work("conv1d 128 to 128, batch 10, forward", lambda _: _calling(conv.conv1d, x, w, b), {},
+               _calling(nn.conv1d, x, w, b))
+    yield Work("the same, backward", lambda _: _calling(conv.conv1d_backward, dy, x, w, b), {},
+               _calling(nn.conv1d_backward, dy, x, w, b))
 
 
-def scaling(problem: Problem, frames: Sequence[int] = (240, 960, 3840, 15360),
-            threads: Sequence[int] = (1, 2)) -> list[dict[str, Any]]:
-    """Seconds for stylise + project by frames and threads, and the memory it takes beyond motion in
-    and out.   ->  list of dicts
+def measured(work: Work, dtype: Any, threads: int | None, seconds: float, rate: float,
+             peers: Sequence[Any] = ()) -> dict[str, Any]:
+    """Medians of one line, everything interleaved.
+
+    threads : of both sides, or None for each side's own default;  seconds : for each rival;
+    rate : multiplications and additions a second of large products on so many threads
     """
-    rows = []
-    for count in frames:
-        X = problem.motion(1, count)
-        stylists = {n: Stylist(problem.T, problem.L, threads=n) for n in threads}
-        times = interleaved({str(n): lambda s=s: s.stylise(X) for n, s in stylists.items()}, 0.5, 3)
-        tracemalloc.start()
-        Stylist(problem.T, problem.L).stylise(X)
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        rows.append({"frames": count, "seconds by threads": times, "peak bytes": peak})
-    return rows
+    for peer in peers:
+        peer.use_threads(threads)
+    ours = work.ours(threads or work.default)
+    rivals = {"ours": ours, **work.peers}
+    if work.alone and threads == 1:
+        rivals["direct"] = work.alone
+    times = interleaved(rivals, seconds)
+    best = min(work.peers, key=times.__getitem__, default=None)
+    return {"work": work.name, "dtype": np.dtype(dtype).name,
+            "threads": threads or f"each side's default ({work.default} here)",
+            "seconds": times["ours"], "direct seconds": times.get("direct"), "peer": best,
+            "peer seconds": times[best] if best else None,
+            "ratio": times["ours"] / times[best] if best else None,
+            "share of the limit": products(work.ours(1)) / rate / times["ours"],
+            "relative error": work.error, "seconds of each": times}
 
 
-def gemm_rate(dtype: Any, seconds: float = 0.5, size: int = 1024) -> float:
-    """Multiplications and additions a second of one large matrix product, the machine's limit."""
+def products(work: Callable[[], Any]) -> int:
+    """Multiplications and additions that a call spends in matrix products.
+
+    >>> products(lambda: np.matmul(np.ones((2, 3)), np.ones((3, 5))))
+    60
+    """
+    real, counted = np.matmul, [0]
+
+    def _counting(a, b, **options):
+        result = real(a, b, **options)
+        counted[0] += 2 * result.size * a.shape[-1]
+        return result
+
+    work()                                                       # what is made once does not count
+    np.matmul = _counting                                        # type: ignore[misc, assignment]
+    try:
+        work()
+    finally:
+        np.matmul = real                                         # type: ignore[misc]
+    return counted[0]
+
+
+def peak_bytes(problem: Problem, frames: int) -> int:
+    """Memory that stylise + project takes beyond motion in."""
+    X = problem.motion(1, frames)
+    tracemalloc.start()
+    Stylist(problem.T, problem.L).stylise(X)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak
+
+
+def gemm_rate(dtype: Any, threads: int = 1, seconds: float = 0.5, size: int = 1024) -> float:
+    """Multiplications and additions a second of large matrix products, one a thread side by side:
+    the machine's limit."""
     a = np.random.default_rng(0).normal(size=(size, size)).astype(dtype)
-    out = np.empty_like(a)
-    return 2 * size ** 3 / interleaved({"gemm": lambda: np.matmul(a, a, out=out)}, seconds)["gemm"]
-
-
-def direct_operations(frames: int) -> int:
-    """Multiplications and additions of stylise + project by the direct convolution, all layers."""
-    pairs = 66 * 128 + 128 * 128 + 128 * 66 + 2 * 66 * 256
-    return 2 * frames * 25 * pairs
+    outs = [np.empty_like(a) for _ in range(threads)]
+    with ThreadPoolExecutor(threads) as pool:
+        def _all():
+            list(pool.map(lambda out: np.matmul(a, a, out=out), outs))
+        return 2 * threads * size ** 3 / interleaved({"gemm": _all}, seconds)["gemm"]

@@ -25,7 +25,6 @@ convolution of `conv` is the definition; `tiled` says how nearly both agree. One
 its tile.
 """
 
-from concurrent.futures import Executor
 import functools
 from typing import Any
 
@@ -42,8 +41,7 @@ class Plan:
     until its next call: a plan allocates when it is made and never again.
 
     left : zeros before the first frame (negative: frames skipped);  T_out : frames of y, T unless
-    given;  n : frames of a tile, chosen unless given;  pool : an executor of threads that share the
-    work, `threads` of them
+    given;  n : frames of a tile, chosen unless given
 
     >>> plan = Plan(1, 12, 1, 1, 8, float, left=0, T_out=5)
     >>> plan.input[:] = 1
@@ -52,14 +50,13 @@ class Plan:
     """
 
     def __init__(self, B: int, T: int, C: int, O: int, K: int, dtype: Any, *, left: int,
-                 T_out: int | None = None, n: int | None = None, pool: Executor | None = None,
-                 threads: int = 1) -> None:
+                 T_out: int | None = None, n: int | None = None) -> None:
         self.shape, self.T_out, self.left = (B, T, C, O, K), T if T_out is None else T_out, left
         self.n = n or best_tile(B, self.T_out, C, O, K)
         self.L = self.n - K + 1
         self.tiles = -(-self.T_out // self.L)
         self.F, self.H, self.G = transforms(K, self.n, np.dtype(dtype).char)
-        self.dtype, self.pool, self.threads = np.dtype(dtype), pool, threads
+        self.dtype = np.dtype(dtype)
         begin, skip = max(0, left), max(0, -left)
         frames = max(self.tiles * self.L + K - 1, begin + T - skip)
         # With `skip` frames more in front, so that `input` is whole.
@@ -148,7 +145,7 @@ class Plan:
         """[s1; s2] = M tile,  s0 = s1 + s2.   (n, r), (B, tiles, r, C)  ->  (3, h, B tiles, C)"""
         B, count, _, C = tiles.shape
         rows = spectrum[1:].reshape(self.n, B, count, C).transpose(1, 2, 0, 3)
-        self._share(lambda part: np.matmul(M, tiles[:, part], out=rows[:, part]), count)
+        np.matmul(M, tiles, out=rows)
         np.add(spectrum[1], spectrum[2], out=spectrum[0])
 
     def _synthesise(self, M, spectrum, tiles):
@@ -159,20 +156,13 @@ class Plan:
         B, count, _, O = tiles.shape
         spectrum[1:] += spectrum[0]
         rows = spectrum[1:].reshape(self.n, B, count, O).transpose(1, 2, 0, 3)
-        self._share(lambda part: np.matmul(M, rows[:, part], out=tiles[:, part]), count)
+        np.matmul(M, rows, out=tiles)
 
     def _multiply(self, A, B, out):
         """One matrix product for each of the 3h rows."""
         rows = len(self.H)
         A, B, out = (a.reshape((rows,) + a.shape[2:]) for a in (A, B, out))
-        self._share(lambda part: np.matmul(A[part], B[part], out=out[part]), rows)
-
-    def _share(self, work, count):
-        """Do `work(slice)` for all of `count` things, in as many parts as there are threads."""
-        if self.pool is None:
-            return work(slice(0, count))
-        edges = np.linspace(0, count, self.threads + 1).astype(int)
-        list(self.pool.map(work, [slice(a, b) for a, b in zip(edges[:-1], edges[1:])]))
+        np.matmul(A, B, out=out)
 
     def _spectrum(self, name, channels):
         return self._array(name, (3, self.n // 2, self.shape[0] * self.tiles, channels))

@@ -7,6 +7,7 @@ at half resolution, long clips in blocks.
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+import math
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from .decoder import half_filters, taps
 from .spectral import Plan
 
 BLOCK = 1920       # frames computed at a time: what they need stays in the processor's cache
+HAND_OVER = 30     # frames that could be computed while a thread is given its block
 
 
 class Stylist:
@@ -22,7 +24,8 @@ class Stylist:
 
     params : of T, or None to project only;  loss_network : W0, b0, and V0, c0 of an untied decoder,
     or None to transform only
-    threads : Python threads that share the work (the same bits for the same number)
+    threads : Python threads, each with blocks of its own; of a short clip fewer take part (the same
+    bits for the same number)
     block : frames computed at a time
     The arrays of params are read once: a Stylist does not see later changes.
     """
@@ -47,7 +50,7 @@ class Stylist:
         self.threads = threads
         self.pool = ThreadPoolExecutor(threads) if threads > 1 else None
         self._spectra: dict = {}
-        self._plans: dict = {}
+        self._plans: list[dict] = [{} for _ in range(threads)]   # a plan serves one thread
 
     def transform(self, X: np.ndarray) -> np.ndarray:
         """T(X).   (N, 66, T)  ->  (N, 66, T)"""
@@ -68,35 +71,54 @@ class Stylist:
         """
         N, C, T = X.shape
         result = np.empty((N, T, C), self.dtype)
-        for begin in range(0, T, self.block):
-            end = min(T, begin + self.block)
-            first, last = max(0, begin - self.reach), min(T, end + self.reach)
-            part = self._run(X[:, :, first:last], layers)
-            result[:, begin:end] = part[:, begin - first:end - first]
+        threads, size = self._shares(T)
+
+        def _every(lane):
+            for begin in range(lane * size, T, threads * size):
+                end = min(T, begin + size)
+                first, last = max(0, begin - self.reach), min(T, end + self.reach)
+                part = self._run(X[:, :, first:last], layers, self._plans[lane])
+                result[:, begin:end] = part[:, begin - first:end - first]
+
+        if threads == 1 or self.pool is None:
+            _every(0)
+        else:
+            list(self.pool.map(_every, range(threads)))
         return result.swapaxes(1, 2)
 
-    def _run(self, X, layers):
+    def _shares(self, T):
+        """How many threads finish T frames first, and the even number of frames of a block."""
+        def _frames(threads):
+            """Those that the busiest thread computes."""
+            neighbours = min(threads - 1, 2)
+            return T if threads == 1 else T / threads + neighbours * self.reach + HAND_OVER
+        threads = min(range(1, self.threads + 1), key=_frames)
+        blocks = threads * math.ceil(T / (threads * self.block))
+        return threads, max(2, 2 * math.ceil(T / blocks / 2))
+
+    def _run(self, X, layers, plans):
         """(N, 66, T)  ->  (N, T, 66), in a plan's memory"""
         N, C, T = X.shape
         encoder = self.encoder
         even = T + T % 2 if encoder in layers else T   # an odd last frame is doubled for pooling
-        first = self._plan(layers[0], N, even if layers[0] == encoder else T).input
+        first = self._plan(plans, layers[0], N, even if layers[0] == encoder else T).input
         first[:, :T] = X.swapaxes(1, 2)
         first[:, T:] = X[:, None, :, -1]
         for layer in layers:
             frames = even if layer == encoder else even // 2 if layer > encoder else T
-            plan = self._plan(layer, N, frames)
+            plan = self._plan(plans, layer, N, frames)
             y = plan.forward(self._filter_spectra(layer, plan))
             if layer > encoder:              # (N, T / 2, 2 x 66): even and odd frames side by side
                 X = y.reshape(N, even, C)[:, :T]
                 return X if self.tied else X + self.biases[layer]
             if layer == encoder:
-                self._pool_into(self._plan(layer + 1, N, even // 2).input, y)
+                self._pool_into(self._plan(plans, layer + 1, N, even // 2).input, y)
                 continue
             y += self.biases[layer]
             if layer + 1 not in layers:
                 return y
-            following = self._plan(layer + 1, N, even if layer + 1 == encoder else T).input
+            after = even if layer + 1 == encoder else T
+            following = self._plan(plans, layer + 1, N, after).input
             if layer + 1 < encoder:
                 np.maximum(y, 0, out=following)
             else:
@@ -115,9 +137,9 @@ class Stylist:
         if self.tied:
             E -= b0
 
-    def _plan(self, layer, N, T):
+    def _plan(self, plans, layer, N, T):
         """One plan for each layer and size; the sizes of the last two clips are kept."""
-        sizes = self._plans.setdefault(layer, {})
+        sizes = plans.setdefault(layer, {})
         if (N, T) not in sizes:
             O, C, K = self.filters[layer].shape
             left = (K - 1) // 2
@@ -125,8 +147,7 @@ class Stylist:
                 left = taps(self.filters[self.encoder].shape[2])[2]
             while len(sizes) > 3:
                 sizes.pop(next(iter(sizes)))
-            sizes[N, T] = Plan(N, T, C, O, K, self.dtype, left=left, pool=self.pool,
-                               threads=self.threads)
+            sizes[N, T] = Plan(N, T, C, O, K, self.dtype, left=left)
         return sizes[N, T]
 
     def _filter_spectra(self, layer, plan):

@@ -1,4 +1,5 @@
-"""Pictures and animations; nothing else imports Matplotlib.
+"""Pictures and players; nothing but `plot` imports Matplotlib.
 
-- `plot`: strips of poses, root paths, curves.   `player`: an animation for a browser.
+- `plot`: strips of poses, root paths, curves.   `player`: a page in which figures move; `staging`:
+  who stands where, in which colour.
 """

@@ -1,90 +1,90 @@
-r"""Motions that move: a page of HTML with a player, in which the figures walk side by side at their
-true speed.
+r"""Motions that move: a page of HTML, without a network, in which figures walk at their true speed.
 
-The page holds its pictures itself and needs no network. The camera follows each figure's root; a
-floor grid that stays in the world and the way on the floor show how far it goes.
+The page holds the joints as numbers and draws them on a canvas as often as the screen shows a
+picture; between two frames it interpolates. `player.js` draws, `player.html` is what one presses.
+With whole numbers q of steps of 1/8192 of a figure's reach (0.1 mm for a person, so that no joint
+is farther than 0.1 mm from where it was), a joint j with the parent k is written as
+
+    z[t] = d[t] - 2 d[t-1] + d[t-2],    d = q_j - q_k
+
+which is small in a motion that is smooth, and packed by zlib.
 """
 
-from collections.abc import Callable, Mapping
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 import hashlib
 import html
+import json
 from pathlib import Path
 import re
 from typing import Any
-import warnings
+import zlib
 
-from matplotlib import rc_context
-from matplotlib.animation import FuncAnimation
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from .plot import (View, checked_motions, colours, draw_pose, facing_forward, left_leg_length,
-                   move_pose, round_length, seen_from)
-from ..motion.joints import SLOT
+from .staging import colours, round_length, turned_forward
+from ..motion.features import FPS, checked_positions
+from ..motion.feet import foot_contacts
+from ..motion.joints import FEET, JOINTS, PARENTS, SLOT
 from ..storage import atomic_write
 
-VIEW = (-52.0, 16.0)                                             # see `plot.seen_from`
-_DPI = 100
-_SETTINGS: dict[Any, Any] = {"animation.embed_limit": 1e6, "savefig.dpi": "figure",
-                             "savefig.bbox": None, "savefig.facecolor": "auto"}
-_SIGNS = {"minus": "&minus;", "fast-backward": "|&#9664;&#9664;", "step-backward": "|&#9664;",
-          "play fa-flip-horizontal": "&#9664;", "pause": "&#10074;&#10074;", "play": "&#9654;",
-          "step-forward": "&#9654;|", "fast-forward": "&#9654;&#9654;|", "plus": "+"}
+_STEPS = 8192                                                    # in a figure's reach
+_WIDEST = 2.0 ** 27                                              # steps from the origin
+_HERE = Path(__file__)
+_FRAGMENT = """<div class="refimpl-player" data-player="{name}"{alone}>
+<p>A player of moving figures stands here; it needs JavaScript.</p></div>
+<script>(() => {{ "use strict";
+{code}
+for (const host of document.querySelectorAll('[data-player="{name}"]:not([data-ready])'))
+  start(host, {markup}, {data});
+}})();</script>"""
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<title>{}</title>
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta http-equiv="Content-Security-Policy"
+  content="default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'">
+<title>{title}</title>
+<style>body {{ margin: 0; }}
+@media (prefers-color-scheme: dark) {{ body {{ background: #17191d; color: #e8eaed; }} }}</style>
 </head>
-<body style="margin: 8px; font-family: sans-serif; text-align: center">
-{}
+<body>
+{fragment}
 </body>
 </html>
 """
 
 
-def animation_html(motions: Mapping[str, np.ndarray], fps: float, path: str | Path,
-                   frames: int = 90, *, title: str = "", unit: str = "cm",
-                   view: View = VIEW) -> int:
-    """Write a page with a looping player that starts by itself.
+@dataclass(frozen=True)
+class Figure:
+    """Who moves in a player. Figures of one player may differ in skeleton, length and rate.
 
-    motions : {label: (T, 21, 3)}; a shorter one stays in its last pose
-    fps : their frames a second
-    frames : most pictures to draw, taken at equal steps; each is shown for as long as its step
-    lasts
-    ->  number of pictures
+    name : what stands beside it;  positions : (T, J, 3) in the world, NaN where a joint is unknown
+    parents : (J,) index of each joint's parent, -1 for none
+    fps : frames a second
+    planted : (T, K) which feet stand;  feet : (K,) their joints
+    head : the joint that a head is drawn at
+    colour : "#rrggbb", one of `staging.colours` unless given;  up : "y" or "z"
+
+    parents, feet (for K = 4) and head may be left out for the papers' 21 joints.
     """
-    fragment, count = player(motions, fps, frames, title=title, unit=unit, view=view)
-    with atomic_write(path) as file:
-        file.write(_PAGE.format(html.escape(title or ", ".join(motions)), fragment))
-    return count
+
+    name: str
+    positions: np.ndarray
+    parents: Sequence[int] | np.ndarray | None = None
+    fps: float = 60.0
+    planted: np.ndarray | None = None
+    feet: Sequence[int] | None = None
+    head: int | None = None
+    colour: str = ""
+    up: str = "y"
 
 
-def player(motions: Mapping[str, np.ndarray], fps: float, frames: int = 90, *, title: str = "",
-           unit: str = "cm", view: View = VIEW) -> tuple[str, int]:
-    """The player alone, for a notebook or a page of one's own; for its arguments see
-    `animation_html`.
-
-    ->  HTML, number of pictures
-    Raises ValueError.
-    """
-    motions = {label: facing_forward(p) for label, p in checked_motions(motions).items()}
-    if not fps > 0 or frames < 1:
-        raise ValueError(f"fps, frames: found {fps}, {frames}, needed a rate above 0 and at least "
-                         "one picture")
-    longest = max(len(positions) for positions in motions.values())
-    step = int(np.ceil(longest / frames))
-    times = np.arange(0, longest, step)
-    rate: Any = fps / step                                       # Matplotlib's types want an int
-    figure, draw = _stage(motions, fps, title, unit, view)
-    with rc_context(_SETTINGS), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Animation was deleted")
-        animation = FuncAnimation(figure, draw, frames=times, cache_frame_data=False, repeat=True)
-        text = animation.to_jshtml(fps=rate, embed_frames=True, default_mode="loop")
-    return _offline(text, 1000.0 * step / fps), len(times)
+Figures = Sequence[Figure] | Mapping[str, np.ndarray]
 
 
 class Shown(str):
@@ -97,83 +97,156 @@ class Shown(str):
         return f"<{len(self)} characters of HTML>"
 
 
-def show(motions: Mapping[str, np.ndarray], fps: float = 60.0, frames: int = 90, *,
-         caption: str = "", title: str = "", unit: str = "cm", view: View = VIEW) -> Shown:
-    """`player` for a notebook, with a caption below, such as whose motion it is."""
-    fragment, _ = player(motions, fps, frames, title=title, unit=unit, view=view)
-    note = caption and f'<div style="font-size: 85%; color: #555555">{html.escape(caption)}</div>'
-    return Shown(f'<div style="max-width: 100%">{fragment}{note}</div>')
+def write_player(path: str | Path, figures: Figures, **options: Any) -> int:
+    """Write a page with a player that starts by itself, whole or not at all.
 
-
-def _stage(motions: dict[str, np.ndarray], fps: float, title: str, unit: str,
-           view: View) -> tuple[Figure, Callable]:
-    """A figure with one panel a motion.   ->  Figure, draw(t) that shows frame t in all of them"""
-    leg = max(left_leg_length(positions[0]) for positions in motions.values())
-    square = round_length(0.7 * leg)
-    panel, head = 4.2 if len(motions) < 4 else 3.3, 0.9 if title else 0.55             # inches
-    figure = Figure(figsize=(panel * len(motions), panel + head), dpi=_DPI)
-    FigureCanvasAgg(figure)
-    if title:
-        figure.text(0.5, 1.0 - 0.12 / (panel + head), title, fontsize=14, ha="center", va="top")
-    clock = figure.text(0.5, 0.01, "", fontsize=11, ha="center", va="bottom", family="monospace")
-    figure.text(0.995, 0.01, f"floor squares: {square:g} {unit}", fontsize=9, ha="right",
-                va="bottom", color="#555555")
-    share, panels = 1 / len(motions), []
-    for number, (label, colour) in enumerate(colours(motions).items()):
-        ax = figure.add_axes((number * share + 0.004, 0.06, share - 0.008,
-                              (panel + 0.2) / (panel + head) - 0.06))
-        ax.set(xlim=(-1.35 * leg, 1.35 * leg), ylim=(-0.65 * leg, 2.15 * leg), aspect="equal",
-               xticks=[], yticks=[])
-        ax.spines[:].set_color("#dddddd")
-        ax.text(0.02, 0.98, label, color=colour, fontsize=13, fontweight="bold",
-                transform=ax.transAxes, va="top")
-        grid = LineCollection([], colors="#dedede", linewidths=0.5, zorder=0, antialiaseds=False)
-        ax.add_collection(grid)
-        way, = ax.plot([], [], color=colour, linewidth=1.2, alpha=0.5, zorder=1, antialiased=False)
-        positions = motions[label]
-        root = positions[:, SLOT["Hips"]] * [1.0, 0.0, 1.0]
-        camera = gaussian_filter1d(root, 0.2 * fps, axis=0, mode="nearest")
-        pose = draw_pose(ax, positions[0] - camera[0], view, colour=colour, width=3.4)
-        panels.append((positions, root, camera, grid, way, pose, colour))
-
-    def _draw(t):
-        for positions, root, camera, grid, way, pose, colour in panels:
-            now = min(int(t), len(positions) - 1)
-            move_pose(pose, positions[now] - camera[now], view, colour=colour, width=3.4)
-            grid.set_segments(_floor(camera[now], square, 2.4 * leg, view))
-            way.set_data(*seen_from(root - camera[now], view)[0].T)
-        clock.set_text(f"{t / fps:5.2f} s")
-        return ()
-
-    return figure, _draw
-
-
-def _floor(centre, square, radius, view):
-    """The lines of the world's floor grid around a place, projected relative to it.
-    (3,)  ->  (lines, 2, 2)
+    options : of `show`   ->  its length in bytes
     """
-    lines = []
-    for axis, other in ((0, 2), (2, 0)):
-        places = square * np.arange(np.ceil((centre[axis] - radius) / square),
-                                    (centre[axis] + radius) / square)
-        ends = np.zeros((len(places), 2, 3))
-        ends[:, :, axis] = places[:, None] - centre[axis]
-        ends[:, :, other] = [-radius, radius]
-        lines.append(ends)
-    return seen_from(np.concatenate(lines), view)[0]
+    text = page(figures, **options)
+    with atomic_write(path) as file:
+        file.write(text)
+    return len(text.encode())
 
 
-def _offline(text: str, interval: float) -> str:
-    """Matplotlib's player, changed: it starts by itself, keeps its exact interval (milliseconds),
-    needs no icon font from elsewhere, and is the same text each time it is made.
+def page(figures: Figures, **options: Any) -> str:
+    """The text of a page with a player alone in it.   options : of `show`"""
+    data = _data(figures, **options)
+    title = data["title"] or ", ".join(figure["name"] for figure in data["figures"])
+    return _PAGE.format(title=html.escape(title), fragment=_fragment(data, ' data-alone="yes"'))
+
+
+def show(figures: Figures, **options: Any) -> Shown:
+    """A player for a notebook or a page of one's own; several in one page leave each other alone.
+
+    figures : each a `Figure`; or {name: (T, 21, 3)}, whose standing feet are found at 60 frames a
+        second
+    options : fps, of all figures that came without one (60);  title, caption, above and below, such
+        as whose motion it is;  unit, of the positions ("cm");  align, to begin each figure at the
+        origin, facing +z, instead of where it is to the others (False)
+    Raises ValueError.
+
+    >>> show({"still": np.zeros((2, 21, 3))}, caption="nobody").count("</script>")
+    1
     """
-    text = re.sub(r'<link rel="stylesheet"\s+href="https?://[^"]*font-awesome[^"]*">\s*', "", text)
-    text = re.sub(r'<i class="fa fa-([^"]*)"></i>', lambda found: _SIGNS.get(found[1], found[1]),
-                  text)
-    name = re.findall(r'id="_anim_img([0-9a-f]{32})"', text)[0]
-    text = text.replace(name, hashlib.sha256(text.replace(name, "").encode()).hexdigest()[:32])
-    text = re.sub(r"(anim[0-9a-f]{32}) = "
-                  r"(new Animation\(frames, img_id, slider_id, )[^,]*(,\s*loop_select_id\);)",
-                  rf"\1 = \g<2>{interval:.6g}\3 \1.play_animation();", text)
-    text = text.replace("    width: 36px;", "    min-width: 40px; height: 28px;")
-    return text.replace("width: 374px;", "width: 60%;")
+    return Shown(_fragment(_data(figures, **options)))
+
+
+def _fragment(data, alone=""):
+    """A player's place and the program that fills it."""
+    def quoted(value):                                           # nothing in it ends the <script>
+        return json.dumps(value).replace("<", "\\u003c")
+
+    parts = {"code": _HERE.with_suffix(".js").read_text(encoding="utf-8"), "data": quoted(data),
+             "markup": quoted(_HERE.with_suffix(".html").read_text(encoding="utf-8"))}
+    name = hashlib.sha256("".join(parts.values()).encode()).hexdigest()[:16]
+    return _FRAGMENT.format(name=name, alone=alone, **parts)
+
+
+def _data(figures, *, fps=60.0, title="", caption="", unit="cm", align=False):
+    """All that `player.js` draws."""
+    if isinstance(figures, Mapping):
+        figures = [_standing(name, positions, fps) for name, positions in figures.items()]
+    if not figures:
+        raise ValueError("figures: found none, needed at least one")
+    placed, stage = [], None
+    for figure in map(_checked, figures):
+        seen = np.isfinite(figure.positions[..., 0])             # (T, J)
+        middle = _middle(figure, seen)
+        reach = _reach(figure.positions - middle, seen)
+        if stage is None or align:                               # who comes first sets the stage
+            lows = np.where(seen, figure.positions[..., 1], np.inf).min(axis=1)[seen.any(axis=1)]
+            floor = np.percentile(lows, 2) - 0.03 * reach        # a sole is below its joints
+            stage = [middle[0, 0, 0], floor, middle[0, 0, 2]], _turn(figure.positions[0])
+        points = (np.concatenate([figure.positions, middle], axis=1) - stage[0]) @ stage[1]
+        placed.append((figure, points, reach))
+    names = [figure.name + " " * n * (figure.name in [f.name for f, _, _ in placed[:n]])
+             for n, (figure, _, _) in enumerate(placed)]         # one colour each, twins too
+    return {"title": title, "caption": caption, "unit": unit,
+            "square": round_length(0.6 * max(reach for _, _, reach in placed)),
+            "figures": [_numbers(*one, colour)
+                        for one, colour in zip(placed, colours(names).values())]}
+
+
+def _standing(name, positions, fps):
+    """A figure of 21 joints with its standing feet, which are told by speed at 60 frames a second.
+    """
+    positions = checked_positions(positions, f"motions[{name!r}]")
+    return Figure(name, positions, fps=fps,
+                  planted=foot_contacts(positions) if fps == FPS and len(positions) > 1 else None)
+
+
+def _checked(figure):
+    """The same with all that may be left out, y up, and NaN wherever a joint is not finite."""
+    def need(good, what, found, needed):
+        if not good:
+            raise ValueError(f"figure {figure.name!r}, {what}: found {found}, needed {needed}")
+
+    positions = np.asarray(figure.positions, dtype=float)
+    need(positions.ndim == 3 and positions.shape[2] == 3 and positions.size, "positions",
+         f"shape {positions.shape}", "(frames, joints, 3), none of them 0")
+    frames, joints = positions.shape[:2]
+    whole = np.isfinite(positions).all(axis=-1, keepdims=True)
+    need(whole.any(), "positions", "no finite joint", "at least one in one frame")
+    known = joints == JOINTS
+    parents = np.asarray(PARENTS if figure.parents is None and known else figure.parents)
+    need(parents.shape == (joints,) and np.all((parents >= -1) & (parents < joints)), "parents",
+         f"shape {parents.shape} for {joints} joints", "an index for each joint, -1 for none")
+    need(np.isfinite(figure.fps) and figure.fps > 0, "fps", figure.fps, "a rate above 0")
+    need(re.fullmatch("(#[0-9a-fA-F]{6})?", figure.colour), "colour", repr(figure.colour),
+         "a # and six hexadecimal digits")
+    need(figure.up in ("y", "z"), "up", repr(figure.up), "'y' or 'z'")
+    feet = list((FEET if known else ()) if figure.feet is None else map(int, figure.feet))
+    planted = np.asarray(figure.planted)
+    if figure.planted is None:
+        planted, feet = np.zeros((frames, 0)), []
+    need(planted.shape == (frames, len(feet)) and set(feet) <= set(range(joints)),
+         "planted, feet", f"shape {planted.shape}, joints {feet}",
+         f"({frames}, feet) and a joint for each foot")
+    head = SLOT["Head"] if figure.head is None and known else figure.head
+    need(head is None or 0 <= head < joints, "head", head, f"a joint below {joints}")
+    if figure.up == "z":
+        positions = positions[..., [0, 2, 1]] * [1, 1, -1]
+    return replace(figure, positions=np.where(whole, positions, np.nan), parents=parents,
+                   planted=planted, feet=feet, head=head, up="y")
+
+
+def _middle(figure, seen):
+    """Where a camera looks that follows a figure: the mean of its joints, smoothed over time.
+    ->  (T, 1, 3)
+    """
+    sums = np.where(seen[..., None], figure.positions, 0.0).sum(axis=1)
+    known = np.flatnonzero(seen.any(axis=1))
+    means = sums[known] / seen.sum(axis=1)[known, None]
+    every = np.stack([np.interp(np.arange(len(seen)), known, one) for one in means.T], axis=-1)
+    return gaussian_filter1d(every, 0.3 * figure.fps, axis=0, mode="nearest")[:, None]
+
+
+def _reach(from_middle, seen):
+    """How far a figure's joints are from its middle, in nearly all of its frames."""
+    far = np.where(seen, np.linalg.norm(from_middle, axis=-1), 0.0).max(axis=1)
+    return float(np.percentile(far[seen.any(axis=1)], 99)) or 1.0
+
+
+def _turn(pose):
+    return turned_forward(pose) if len(pose) == JOINTS and np.isfinite(pose).all() else np.eye(3)
+
+
+def _numbers(figure, points, reach, colour):
+    """A figure as JSON has it.   points : (T, J + 1, 3), the middle last"""
+    absent = np.isnan(points[..., 0])
+    points = np.where(absent[..., None], 0.0, points)
+    step = max(reach / _STEPS, float(np.abs(points).max()) / _WIDEST)
+    whole = np.rint(points / step).astype(np.int64)
+    d = whole.copy()
+    for joint, parent in enumerate(figure.parents):
+        if 0 <= parent < joint:
+            d[:, joint] -= whole[:, parent]
+    z = np.diff(d.reshape(len(d), -1), n=2, axis=0, prepend=np.zeros((2, d[0].size), np.int64))
+    z = np.ascontiguousarray(((z << 1) ^ (z >> 63)).T.astype("<u4"))      # signs in the last bit
+    parts = [z.view(np.uint8).reshape(-1, 4).T,                          # lowest bytes first
+             np.packbits(absent[:, :-1]), np.packbits(figure.planted.astype(bool))]
+    packed = zlib.compress(b"".join(part.tobytes() for part in parts), 9)
+    return {"name": figure.name, "colour": figure.colour or colour, "fps": float(figure.fps),
+            "frames": len(points), "parents": figure.parents.tolist(), "feet": figure.feet,
+            "head": figure.head, "reach": reach, "step": step,
+            "data": base64.b64encode(packed).decode()}

@@ -6,7 +6,7 @@ which the pictures name. Figures belong to no window and to no global state: the
 Lengths of a layout are multiples of a figure's leg; margins of a page are in inches.
 """
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 import io
 from pathlib import Path
 from typing import Any
@@ -17,14 +17,12 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 import numpy as np
 
-from ..motion.features import checked_positions, facing, leg_length
+from .staging import OTHERS, colours, facing_forward, round_length
+from ..motion.features import checked_positions, leg_length
 from ..motion.ground import resting_heights
 from ..motion.joints import SLOT
 from ..storage import atomic_write
 
-# By Okabe and Ito, told apart by the colour-blind too.
-COLOURS = {"style": "#D55E00", "content": "#009E73", "result": "#0072B2"}
-_OTHERS = ("#CC79A7", "#E69F00", "#56B4E9", "#444444", "#0072B2", "#009E73", "#D55E00")
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 # Azimuth and elevation of the camera in degrees, see `seen_from`.
 VIEWS = {"three-quarter": (-62.0, 10.0), "side": (-90.0, 0.0), "front": (0.0, 0.0),
@@ -81,17 +79,6 @@ def checked_motions(motions: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
             for label, positions in motions.items()}
 
 
-def colours(labels: Collection[str]) -> dict[str, str]:
-    """A colour for each label: style, content and result have their own, others take what is left.
-
-    >>> colours(["content", "mine"])
-    {'content': '#009E73', 'mine': '#CC79A7'}
-    """
-    own = {label: COLOURS[label] for label in labels if label in COLOURS}
-    rest = iter([c for c in _OTHERS if c not in own.values()] * (1 + len(labels)))
-    return {label: own[label] if label in own else next(rest) for label in labels}
-
-
 def left_leg_length(pose: np.ndarray) -> float:
     """Thigh plus shin of the left leg in one pose: the yardstick of a picture.
 
@@ -99,16 +86,6 @@ def left_leg_length(pose: np.ndarray) -> float:
     """
     leg = pose[[SLOT["LeftUpLeg"], SLOT["LeftLeg"], SLOT["LeftFoot"]]]
     return float(np.linalg.norm(np.diff(leg, axis=0), axis=1).sum())
-
-
-def round_length(length: float) -> float:
-    """The largest of 1, 2 and 5 times a power of ten that is not above a length.
-
-    >>> float(round_length(104.0)), float(round_length(0.6))
-    (100.0, 0.5)
-    """
-    power = 10.0 ** np.floor(np.log10(length))
-    return power * max(step for step in (1, 2, 5) if step * power <= length * (1 + 1e-9))
 
 
 def draw_pose(ax: Axes, pose: np.ndarray, view: View = "three-quarter", *, colour: str = "#0072B2",
@@ -157,16 +134,6 @@ def ground_height(positions: np.ndarray) -> float:
     """Where the soles of a motion stand: below its resting toe joints by what a shoe takes, 0.053
     of a leg.   positions : (T, 21, 3)  ->  y"""
     return float(resting_heights(positions)[1::2].min() - SOLE * leg_length(positions))
-
-
-def facing_forward(positions: np.ndarray) -> np.ndarray:
-    """The motion turned and moved over the floor: its first pose faces +z above the origin.
-
-    positions : (T, 21, 3)  ->  (T, 21, 3)
-    """
-    s, c = facing(positions[:1])[0]                              # sine and cosine of the yaw
-    return ((positions - positions[0, SLOT["Hips"]] * [1, 0, 1])
-            @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]))
 
 
 def strip(motions: Mapping[str, np.ndarray], path: str | Path | None = None, *,
@@ -270,7 +237,7 @@ def curves(records: Iterable[Mapping[str, Any]], keys: str | Iterable[str],
     values = np.array([[float(record[key]) for key in keys] for record in records])
     figure = _figure(8.0, 5.0)
     ax = figure.subplots()
-    for key, column, colour, line in zip(keys, values.T, (_OTHERS[4:] + _OTHERS[:4]) * len(keys),
+    for key, column, colour, line in zip(keys, values.T, (OTHERS[4:] + OTHERS[:4]) * len(keys),
                                          _LINES * len(keys)):
         ax.plot(epochs, column, color=colour, linestyle=line, linewidth=1.8, label=key,
                 marker="o" if len(records) == 1 else None)

@@ -101,7 +101,8 @@ FAULTS = [
      """            y += self.biases[layer]
             if layer + 1 not in layers:
                 return y
-            following = self._plan(layer + 1, N, even if layer + 1 == encoder else T).input
+            after = even if layer + 1 == encoder else T
+            following = self._plan(plans, layer + 1, N, after).input
             if layer + 1 < encoder:
                 np.maximum(y, 0, out=following)
 """,
@@ -112,7 +113,8 @@ FAULTS = [
             if layer + 1 not in layers:
                 y += bias
                 return y
-            following = self._plan(layer + 1, N, even if layer + 1 == encoder else T).input
+            after = even if layer + 1 == encoder else T
+            following = self._plan(plans, layer + 1, N, after).input
             if layer + 1 < encoder:          # relu(y + b) = max(y, -b) + b, one pass less
                 np.maximum(y, -bias, out=following)
 """,

@@ -1,8 +1,7 @@
 """Which calls the tiles serve, that what they do not serve reaches the direct form with every
-argument, and a plan's threads.
+argument.
 """
 
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -117,32 +116,6 @@ def test_no_bias_no_gradient_of_it_and_a_wrong_one_is_refused():
                  lambda: tiled.conv_transpose1d_backward(x[..., 1:], y, w)):
         with pytest.raises(ValueError, match="^d[xy]: "):
             call()
-
-
-def test_threads_share_all_rows_and_tiles_once():
-    work = []
-    Plan(1, 40, 2, 3, 9, float, left=4)._share(work.append, 10)
-    assert work == [slice(0, 10)]
-    with ThreadPoolExecutor(3) as pool:
-        work.clear()
-        Plan(1, 40, 2, 3, 9, float, left=4, pool=pool, threads=3)._share(work.append, 10)
-        assert sorted(work, key=lambda s: s.start) == [slice(0, 3), slice(3, 6), slice(6, 10)]
-
-
-def test_a_plan_with_threads_gives_the_same_numbers():
-    x, w, _ = arrays(frames=300)
-    dy = np.random.default_rng(2).normal(size=(2, 300, 6))
-    results = []
-    with ThreadPoolExecutor(3) as pool:
-        for how in ({}, {"pool": pool, "threads": 3}):
-            plan = Plan(2, 300, 4, 6, 9, float, left=4, n=32, **how)
-            plan.input[:] = x.swapaxes(1, 2)
-            spectra = plan.spectra(w)
-            y = plan.forward(spectra).copy()
-            results.append([y, *(g.copy() for g in plan.backward(dy, spectra))])
-    for a, b in zip(*results):
-        np.testing.assert_allclose(a, b, rtol=1e-13, atol=1e-13)
-    np.testing.assert_allclose(results[1][0].swapaxes(1, 2), nn.conv1d(x, w), atol=1e-12)
 
 
 def test_only_the_gradient_that_is_asked_for():

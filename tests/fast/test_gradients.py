@@ -50,7 +50,7 @@ def test_the_decoder_at_half_resolution_is_the_decoder(seed, width, frames, clip
     rng, _, L = made(seed, width=width)
     H = rng.normal(size=(clips, 10, frames))
     stylist = Stylist(None, L)
-    plan = stylist._plan(1, clips, frames)
+    plan = stylist._plan({}, 1, clips, frames)
     plan.input[:] = (H / 2 - L["b0"][:, None]).swapaxes(1, 2)
     X = plan.forward(stylist._filter_spectra(1, plan)).reshape(clips, 2 * frames, 66).swapaxes(1, 2)
     close(X, networks.decode(H, L))
@@ -66,8 +66,24 @@ def test_half_filters_and_their_adjoint(seed, width):
                                rtol=1e-12)
 
 
+@pytest.mark.parametrize("frames, threads", [(240, 1), (240, 2), (481, 2), (961, 3), (5000, 2),
+                                             (5000, 4)])
+def test_threads_share_a_clip_as_far_as_it_makes_it_faster(frames, threads):
+    _, T, L = made(0)
+    stylist = Stylist(T, L, threads=threads)
+    used, size = stylist._shares(frames)
+    assert 1 <= used <= threads and size % 2 == 0 and size <= stylist.block
+    blocks = -(-frames // size)
+    assert blocks % used == 0 or blocks == used                  # everybody gets as many
+    assert stylist._shares(40)[0] == 1                           # too short to be shared
+    X = np.random.default_rng(1).normal(size=(1, 66, frames))
+    found = [stylist.stylise(X) for _ in range(2)]
+    np.testing.assert_array_equal(*found)
+    np.testing.assert_allclose(found[0], Stylist(T, L).stylise(X), atol=1e-11)
+
+
 @given(st.integers(0, 10 ** 6), st.integers(1, 3), st.integers(1, 150), st.integers(3, 12),
-       st.sampled_from([2, 7, 40, 1920]), st.sampled_from([1, 2]))
+       st.sampled_from([2, 7, 40, 1920]), st.sampled_from([1, 2, 3]))
 def test_a_stylist_is_the_networks(seed, clips, frames, width, block, threads):
     rng, T, L = made(seed, width=width)
     X = rng.normal(size=(clips, 66, frames))

@@ -2,14 +2,14 @@
 same bytes.
 """
 
-import re
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 
-from refimpl.pictures import player as animate, plot
+from refimpl.pictures import plot
+from refimpl.pictures.staging import COLOURS
 from refimpl.motion import skeleton
 from refimpl.motion.body import make_take
 from refimpl.motion.joints import SLOT
@@ -77,7 +77,7 @@ def test_facing_forward_turns_the_whole_motion():
 def test_strip_has_a_row_each_a_bar_and_seconds(motions, tmp_path):
     figure = plot.strip(motions, tmp_path / "strip.png", every=12, title="A title")
     assert len(figure.axes) == 3 and (tmp_path / "strip.png").read_bytes().startswith(PNG)
-    for ax, label, colour in zip(figure.axes, motions, plot.COLOURS.values()):
+    for ax, label, colour in zip(figure.axes, motions, COLOURS.values()):
         assert label in texts(ax) and "100 cm" in texts(ax)
         assert len(ax.patches) == len(motions[label][::12])                     # a head each
     assert [t.get_text() for t in figure.axes[-1].get_xticklabels()][:3] == ["0.00", "0.20", "0.40"]
@@ -132,35 +132,11 @@ def test_the_same_figure_makes_the_same_bytes(motions, tmp_path):
     assert 600 < int.from_bytes(data[16:20], "big") <= 1600                     # pixels wide
 
 
-def test_a_page_holds_every_frame_at_the_true_speed(motions, tmp_path):
-    count = animate.animation_html(motions, 60, tmp_path / "a.html", frames=30, title="A <title>")
-    page = (tmp_path / "a.html").read_text()
-    # 120 frames, every fourth
-    assert count == 30 and page.count("data:image/png;base64") == 30
-    assert (re.search(r"new Animation\(frames, img_id, slider_id, 66\.6667,", page)
-            and ".play_animation();" in page)
-    assert "http" not in re.sub(r"http://www.w3.org\S*", "", page) and "fa-play" not in page
-    assert "A &lt;title&gt;" in page and len(page) < 8e6
-    assert page.count("value=\"loop\"") == 1 and re.search(r'value="loop"[^>]*checked', page)
-
-
-def test_players_are_the_same_each_time(motions):
-    short = {"content": motions["content"][:6]}
-    first, count = animate.player(short, 30.0)
-    assert count == 6 and first == animate.player(short, 30.0)[0]
-
-
-def test_four_seconds_stay_small(tmp_path):
-    pair = {"content": world("jog", seconds=4.0), "result": world("jog", "zombie", seconds=4.0)}
-    assert animate.animation_html(pair, 60, tmp_path / "pair.html") == 80
-    assert (tmp_path / "pair.html").stat().st_size < 8e6
-
-
 @pytest.mark.parametrize("bad, says", [
     ({}, "none"), ({"a": np.zeros((4, 20, 3))}, r"'a'.*\(4, 20, 3\)"),
     ({"a": np.full((2, 21, 3), np.nan)}, "finite")])
 def test_refuses_what_is_no_motion(bad, says):
-    for draw in (plot.strip, plot.paths, lambda m: animate.player(m, 60)):
+    for draw in (plot.strip, plot.paths):
         with pytest.raises(ValueError, match=says):
             draw(bad)
 
@@ -168,22 +144,17 @@ def test_refuses_what_is_no_motion(bad, says):
 def test_refuses_bad_steps(motions):
     with pytest.raises(ValueError, match="every"):
         plot.strip(motions, every=0)
-    with pytest.raises(ValueError, match="frames"):
-        animate.player(motions, 60, frames=0)
 
 
 def test_pictures_do_not_touch_pyplot():
-    code = ("import sys, refimpl.pictures.plot, refimpl.pictures.player; "
+    code = ("import sys, refimpl.pictures.plot; "
             "assert 'matplotlib.pyplot' not in sys.modules")
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_a_notebook_shows_figures_and_players(motions):
+def test_a_notebook_shows_figures(motions):
     picture = plot.strip({"a": motions["result"]}, every=30)
     assert picture._repr_png_().startswith(PNG) and picture._repr_png_() == picture._repr_png_()
-    shown = animate.show({"a": motions["result"]}, 60.0, frames=6, caption="whose <motion>")
-    assert (shown._repr_html_() == str(shown) and "new Animation(" in shown
-            and "whose &lt;motion&gt;" in shown and len(repr(shown)) < 80)
 
 
 def test_the_ground_is_drawn_where_the_feet_stand():
