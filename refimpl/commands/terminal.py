@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 import contextlib
-import io
+import os
 import sys
 from typing import TextIO
 
@@ -15,8 +15,8 @@ class Terminal:
     dropped and the command goes on to its end and its exit status.
     """
 
-    def __init__(self, stream: TextIO | None) -> None:           # one that is closed is None
-        self.stream, self.gone = stream or io.StringIO(), stream is None
+    def __init__(self, stream: TextIO) -> None:
+        self.stream, self.gone = stream, False
 
     def write(self, text: str) -> int:
         """Write it, or drop it when nobody reads."""
@@ -45,9 +45,10 @@ class Terminal:
 @contextlib.contextmanager
 def safe_streams() -> Iterator[Terminal]:
     """Standard output and error as `Terminal`s while the block runs; yields the one for output."""
-    out, err = Terminal(sys.stdout), Terminal(sys.stderr)
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        yield out
-    if out.gone and sys.stdout:                                  # or Python complains as it ends
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:     # closed streams are None
+        out, err = Terminal(sys.stdout or nowhere), Terminal(sys.stderr or nowhere)
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            yield out
+    if out.gone:                                                 # or Python complains as it ends
         with contextlib.suppress(OSError, ValueError):
             sys.stdout.close()

@@ -96,8 +96,8 @@ def labels_from_file(paths: Iterable[Path], label_file: str | Path, folder: str 
         if key in labels or parts and any(key.path == other.path and key.begin < other.end
                                           and other.begin < key.end for other in labels):
             rows_of = "rows of " if parts else ""
-            raise LabelError(f"{label_file}:{line}: found {rows_of}{row[0]!r} a second time, needed "
-                             "each once")
+            raise LabelError(f"{label_file}:{line}: found {rows_of}{row[0]!r} a second time, "
+                             "needed each once")
         labels[key] = (row[1], row[2])
     return labels
 

@@ -91,7 +91,7 @@ class Faults:
                 caller = sys._getframe(1).f_globals.get("__name__", "")
                 mode = (options.get("mode") or (arguments[1:2] or ("r",))[0]) if (
                     function is kept[builtins, "open"]) else "w"
-                if caller.startswith(("refimpl", "pathlib")) and set("wxa") & set(str(mode)):
+                if caller.startswith(("refimpl", "pathlib")) and "terminal" not in caller and set("wxa") & set(str(mode)):
                     self.call(name)
                     result = function(*arguments, **options)
                     return _File(result, self) if function is kept[builtins, "open"] else result
