@@ -23,6 +23,7 @@ from .points import is_points, read_points
 from .skeleton import carrier, forward_kinematics, local_pose, resample
 from .strays import Strays, bridged, find_strays
 
+PIECE = 8192         # rows of a clip whose pose is held at a time
 MARGIN = 48          # frames beyond both ends: the networks see 36 + 13 to each side of a frame
 # What turns a world of which this axis is up into a y-up one, as (x, y, z) -> (x, z, -y) for z.
 _UPRIGHT = {"y": np.eye(3), "z": np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]]),
@@ -34,7 +35,6 @@ class Take:
     """One clip and everything derived from it, in the file's own length unit.
 
     clip : as read
-    rotations (T, J, 3, 3), translations (T, J, 3) : its pose at 60 frames a second
     mapping : which joint of the file feeds each slot
     upright : (3, 3) turns the file's world y up
     positions : (T, 21, 3), y up
@@ -43,8 +43,6 @@ class Take:
     """
 
     clip: Clip
-    rotations: np.ndarray = field(repr=False)
-    translations: np.ndarray = field(repr=False)
     mapping: Mapping
     upright: np.ndarray
     positions: np.ndarray = field(repr=False)
@@ -52,6 +50,11 @@ class Take:
     start: Start
     contacts: np.ndarray = field(repr=False)
     strays: Strays = field(repr=False)
+
+    @property
+    def translations(self) -> np.ndarray:
+        """Of every joint of the file from its parent, at 60 frames a second.   ->  (T, J, 3)"""
+        return resample(*bridged(*local_pose(self.clip), self.strays), self.clip.fps, FPS)[1]
 
     @property
     def up(self) -> str:
@@ -85,10 +88,11 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
     """
     mapping = map_clip(clip, overrides, name)
     with np.errstate(over="ignore", invalid="ignore"):       # what is absurd is refused below
-        strays = find_strays(mapping.positions(*forward_kinematics(clip.parents,
-                                                                   *local_pose(clip))), clip.fps)
-        rotations, translations = resample(*bridged(*local_pose(clip), strays), clip.fps, FPS)
-        positions = mapping.positions(*forward_kinematics(clip.parents, rotations, translations))
+        positions = slot_positions(clip, mapping)
+        strays = find_strays(positions, clip.fps)
+        if clip.fps != FPS or strays.said():
+            pose = resample(*bridged(*local_pose(clip), strays), clip.fps, FPS)
+            positions = mapping.positions(*forward_kinematics(clip.parents, *pose))
         upright = _UPRIGHT[up_axis(positions)]
         positions = positions @ upright.T
         leg = leg_length(positions)
@@ -111,8 +115,17 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
     if not np.isfinite(features).all():
         raise ValueError(f"{name}: found shoulders exactly opposite to the hips, needed to know "
                          "where the body faces")
-    return Take(clip, rotations, translations, mapping, upright, positions, features, start,
-                contacts, strays)
+    return Take(clip, mapping, upright, positions, features, start, contacts, strays)
+
+
+def slot_positions(clip: Clip, mapping: Mapping) -> np.ndarray:
+    """Where the 21 joints are, at the clip's own rate; some rows at a time, since a pose takes
+    ten times the memory.   ->  (rows, 21, 3)
+    """
+    pieces = (replace(clip, values=clip.values[n:n + PIECE])
+              for n in range(0, max(clip.frames, 1), PIECE))
+    return np.concatenate([mapping.positions(*forward_kinematics(clip.parents, *local_pose(piece)))
+                           for piece in pieces])
 
 
 def _around(positions, floor):

@@ -11,6 +11,7 @@ from .joints import HEELS, SLOT
 
 LEANS = 0.75                     # share of the way from ankles to head that leads up, at least
 LEAP, FAST = 0.5, 0.2            # legs that joints move in 1/60 s: once, and usually
+CLIMB = 6.0                      # legs between the lowest and the highest place of the hips
 SPIN = 0.3                       # radians that the body usually turns in one
 RATES = 10.0, 250.0              # frames a second of recordings
 LEGS = 1e-3, 1e5                 # lengths of a leg that files keep enough decimals of
@@ -43,6 +44,8 @@ def doubts(positions: np.ndarray, turn: np.ndarray, fps: float, up: str) -> tupl
                      "second, as no body does: is the Frame Time right?")
     if len(steps) and not steps.max() > 1e-9:
         found.append("no joint moves in any frame")
+    if np.ptp(positions[:, SLOT["Hips"], 1]) > CLIMB * leg:
+        found.append(f"its hips climb {np.ptp(positions[:, SLOT['Hips'], 1]) / leg:.3g} legs")
     if not RATES[0] <= fps <= RATES[1]:
         found.append(f"it has {fps:g} frames a second, as few recordings have: is the Frame Time "
                      "right?")

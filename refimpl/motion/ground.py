@@ -25,6 +25,7 @@ NEAR = 0.0375                    # legs above its resting height: 3 cm
 HYSTERESIS = 1.1                 # so much above the bounds a stance ends, so much below it begins
 SHORTEST, GAP = 4, 4             # frames of the shortest stance, and of the longest gap bridged
 LOW, BAND = 0.05, 0.0125         # share of still frames below the lowest height; legs above it
+PIECE = 8192                     # frames looked at together
 NOISE_SIGMA = 1.0                # frames of the Gaussian
 HELD_UP = 0.08                   # legs above the other foot, which no floor or shoe explains
 
@@ -36,12 +37,15 @@ def foot_paths(positions: np.ndarray) -> np.ndarray:
     Gaussian.
     """
     near = np.pad(positions[:, FEET], ((2, 2), (0, 0), (0, 0)), mode="edge")
-    five = sliding_window_view(near, 5, axis=0).transpose(0, 1, 3, 2)            # (T, 4, 5, 3)
-    apart = np.linalg.norm(five[..., None, :] - five[..., None, :, :], axis=-1).sum(axis=-1)
-    apart[..., 2] *= 1 - 1e-9                                    # of equals the frame itself
-    chosen = apart.argmin(axis=-1)[..., None, None]
-    return gaussian_filter1d(np.take_along_axis(five, chosen, axis=2)[:, :, 0], NOISE_SIGMA,
-                             axis=0, mode="nearest")
+    every = sliding_window_view(near, 5, axis=0).transpose(0, 1, 3, 2)           # (T, 4, 5, 3)
+    paths = np.empty((len(positions), len(FEET), 3))
+    for n in range(0, len(paths), PIECE):
+        five = every[n:n + PIECE]
+        apart = np.linalg.norm(five[..., None, :] - five[..., None, :, :], axis=-1).sum(axis=-1)
+        apart[..., 2] *= 1 - 1e-9                                # of equals the frame itself
+        chosen = apart.argmin(axis=-1)[..., None, None]
+        paths[n:n + PIECE] = np.take_along_axis(five, chosen, axis=2)[:, :, 0]
+    return gaussian_filter1d(paths, NOISE_SIGMA, axis=0, mode="nearest")
 
 
 def foot_speeds(paths: np.ndarray) -> np.ndarray:
