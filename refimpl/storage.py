@@ -199,10 +199,11 @@ def save_npz(path: str | Path, format_name: str, version: int, arrays: Mapping[s
     """
     header = json.dumps({"format": format_name, "version": version, "facts": facts}, sort_keys=True)
     members: Any = {name: np.asarray(array, order="C") for name, array in arrays.items()}
-    archive = io.BytesIO()                                   # a pipe cannot be gone back in
-    np.savez(archive, header=np.array(header), **members)
     with atomic_write(path, "wb") as file:
-        file.write(archive.getbuffer())
+        archive = io.BytesIO() if is_special(path) else file     # a pipe cannot be gone back in
+        np.savez(archive, header=np.array(header), **members)
+        if isinstance(archive, io.BytesIO):
+            file.write(archive.getbuffer())
 
 
 def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[str],

@@ -3,8 +3,8 @@ WORDS] [--only 3.13]`
 
 It builds the source archive and the wheel, and for each row of the matrix makes a fresh
 environment, installs the wheel with those versions, and runs `refimpl check` and some commands, on
-the newest libraries with warnings as errors; with --suite also pytest with these words, from the unpacked
-source archive alone. The table goes to standard output, as the one in tests/SUPPORT.md was made.
+the newest libraries with warnings as errors; with --suite also pytest with these words, from the
+unpacked source archive alone. The table goes to standard output: that of tests/SUPPORT.md.
 
 Rows: the stated minima together, each minimum beside the newest of the others, and the newest of
 everything on every Python that is found (pyenv's, or `pythonX.Y` on the path).
@@ -61,9 +61,9 @@ def pythons():
 
 def rows(found, lowest):
     """->  list of (Python, {library: version})"""
-    first = min(found, key=lambda v: PYTHONS.index(v))
-    wanted = [(first, lowest)] + [(first, {name: version}) for name, version in lowest.items()]
-    return wanted + [(version, {}) for version in found]
+    oldest = [PYTHONS[0]] if PYTHONS[0] in found else []         # later ones lack their wheels
+    return ([(version, lowest) for version in oldest] + [(version, {}) for version in found]
+            + [(version, {name: lowest[name]}) for version in oldest for name in lowest])
 
 
 def run(words, folder, **more):

@@ -17,13 +17,13 @@ from .doubts import doubts
 from .extend import extended
 from .features import FLOOR, FPS, LEG_RANGE, TURN, Start, encode, leg_length, root_motion, scale
 from .ground import planted_feet, resting_heights
-from .joints import BONES, HEELS, SLOT, Mapping
+from .joints import BONES, HEELS, JOINTS, SLOT, Mapping
 from .mapping import map_clip
 from .points import is_points, read_points
 from .skeleton import carrier, forward_kinematics, local_pose, resample
 from .strays import Strays, bridged, find_strays
 
-PIECE = 8192         # rows of a clip whose pose is held at a time
+PIECE = 2048         # rows of a clip whose pose is held at a time
 MARGIN = 48          # frames beyond both ends: the networks see 36 + 13 to each side of a frame
 # What turns a world of which this axis is up into a y-up one, as (x, y, z) -> (x, z, -y) for z.
 _UPRIGHT = {"y": np.eye(3), "z": np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]]),
@@ -122,10 +122,11 @@ def slot_positions(clip: Clip, mapping: Mapping) -> np.ndarray:
     """Where the 21 joints are, at the clip's own rate; some rows at a time, since a pose takes
     ten times the memory.   ->  (rows, 21, 3)
     """
-    pieces = (replace(clip, values=clip.values[n:n + PIECE])
-              for n in range(0, max(clip.frames, 1), PIECE))
-    return np.concatenate([mapping.positions(*forward_kinematics(clip.parents, *local_pose(piece)))
-                           for piece in pieces])
+    found = np.empty((clip.frames, JOINTS, 3))
+    for n in range(0, clip.frames, PIECE):
+        pose = local_pose(replace(clip, values=clip.values[n:n + PIECE]))
+        found[n:n + PIECE] = mapping.positions(*forward_kinematics(clip.parents, *pose))
+    return found
 
 
 def _around(positions, floor):

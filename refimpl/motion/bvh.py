@@ -123,7 +123,9 @@ def _parse_motion(lines, joints, name):
                            f"as Frames: says; write Frames: {count} in line {counted_at}, or take "
                            "rows away")
         if rows == len(table):               # grows with what is there, not with what is claimed
-            table = np.resize(table, (min(int(frames), 2 * rows + 64), width))
+            longer = np.empty((min(int(frames), 2 * rows + 64), width))
+            longer[:rows] = table
+            table = longer
         table[rows] = _parse_row(text, width, f"{name}:{number}")
         rows += 1
     if rows < int(frames):

@@ -25,7 +25,7 @@ NEAR = 0.0375                    # legs above its resting height: 3 cm
 HYSTERESIS = 1.1                 # so much above the bounds a stance ends, so much below it begins
 SHORTEST, GAP = 4, 4             # frames of the shortest stance, and of the longest gap bridged
 LOW, BAND = 0.05, 0.0125         # share of still frames below the lowest height; legs above it
-PIECE = 8192                     # frames looked at together
+PIECE = 2048                     # frames looked at together
 NOISE_SIGMA = 1.0                # frames of the Gaussian
 HELD_UP = 0.08                   # legs above the other foot, which no floor or shoe explains
 

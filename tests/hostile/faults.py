@@ -1,10 +1,11 @@
 """Every fallible call of a command's writing fails once. `python -m tests.hostile.faults [COMMAND
 ...]`
 
-A command is run once to count its calls of open, write, flush, close, fsync, chmod, replace, rename,
-unlink, mkdir and the temporary file that tries a folder. Then it is run again for each of them (of
-the later writes of a long file for some), and that call alone fails. Afterwards inputs are what they were, every output is the old
-file or the whole new one, nothing else is there, and one line has said what happened.
+A command is run once to count its calls of open, write, flush, close, fsync, chmod, replace,
+rename, unlink, mkdir and the temporary file that tries a folder. Then it is run again for each of
+them (of the later writes of a long file for some), and that call alone fails. Afterwards inputs are
+what they were, every output is the old file or the whole new one, nothing else is there, and one
+line has said what happened.
 """
 
 import builtins
@@ -91,7 +92,8 @@ class Faults:
                 caller = sys._getframe(1).f_globals.get("__name__", "")
                 mode = (options.get("mode") or (arguments[1:2] or ("r",))[0]) if (
                     function is kept[builtins, "open"]) else "w"
-                if caller.startswith(("refimpl", "pathlib")) and "terminal" not in caller and set("wxa") & set(str(mode)):
+                if (caller.startswith(("refimpl", "pathlib")) and "terminal" not in caller
+                        and set("wxa") & set(str(mode))):
                     self.call(name)
                     result = function(*arguments, **options)
                     return _File(result, self) if function is kept[builtins, "open"] else result
