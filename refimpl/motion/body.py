@@ -15,7 +15,8 @@ from .canonical import Physique, to_body
 from .clip import Clip, plus_offsets
 from .doubts import doubts
 from .extend import extended
-from .features import FLOOR, FPS, LEG_RANGE, TURN, Start, encode, leg_length, root_motion, scale
+from .features import (FLOOR, FPS, LEG_RANGE, PIECE, TURN, Start, encode, leg_length, root_motion,
+                       scale)
 from .ground import planted_feet, resting_heights
 from .joints import BONES, HEELS, JOINTS, SLOT, Mapping
 from .mapping import map_clip
@@ -23,7 +24,6 @@ from .points import is_points, read_points
 from .skeleton import carrier, forward_kinematics, local_pose, resample
 from .strays import Strays, bridged, find_strays
 
-PIECE = 2048         # rows of a clip whose pose is held at a time
 MARGIN = 48          # frames beyond both ends: the networks see 36 + 13 to each side of a frame
 # What turns a world of which this axis is up into a y-up one, as (x, y, z) -> (x, z, -y) for z.
 _UPRIGHT = {"y": np.eye(3), "z": np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]]),

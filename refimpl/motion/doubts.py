@@ -10,11 +10,11 @@ from .features import leg_length
 from .joints import HEELS, SLOT
 
 LEANS = 0.75                     # share of the way from ankles to head that leads up, at least
-LEAP, FAST = 0.5, 0.2            # legs that joints move in 1/60 s: once, and usually
+LEAPS, FAST = 0.5, 0.2            # legs that joints move in 1/60 s: once, and usually
 CLIMB = 6.0                      # legs between the lowest and the highest place of the hips
 SPIN = 0.3                       # radians that the body usually turns in one
 RATES = 10.0, 250.0              # frames a second of recordings
-LEGS = 1e-3, 1e5                 # lengths of a leg that files keep enough decimals of
+DECIMALS = 1e-3, 1e5                 # lengths of a leg that files keep enough decimals of
 
 
 def doubts(positions: np.ndarray, turn: np.ndarray, fps: float, up: str) -> tuple[str, ...]:
@@ -36,7 +36,7 @@ def doubts(positions: np.ndarray, turn: np.ndarray, fps: float, up: str) -> tupl
         angle = np.degrees(np.arccos(rise[1] / np.linalg.norm(rise)))
         found.append(f"its head is {angle:.0f} degrees from straight above its ankles on average: "
                      "does it lie, or is another axis up?")
-    if len(steps) and steps.max() > LEAP:
+    if len(steps) and steps.max() > LEAPS:
         found.append(f"its joints leap by {steps.max():.3g} legs in a sixtieth of a second (at "
                      f"{steps.argmax() / 60:.2f} s), as no body does")
     elif len(steps) and (np.median(steps) > FAST or np.median(np.abs(turn)) > SPIN):
@@ -49,6 +49,6 @@ def doubts(positions: np.ndarray, turn: np.ndarray, fps: float, up: str) -> tupl
     if not RATES[0] <= fps <= RATES[1]:
         found.append(f"it has {fps:g} frames a second, as few recordings have: is the Frame Time "
                      "right?")
-    if not LEGS[0] <= leg <= LEGS[1]:
+    if not DECIMALS[0] <= leg <= DECIMALS[1]:
         found.append(f"a leg is {leg:.3g} long: does the file keep enough decimals?")
     return tuple(found)

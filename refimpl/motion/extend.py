@@ -10,13 +10,12 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from .easing import ease
-from .features import across, leg_length
+from .features import PIECE, across, leg_length
 from .joints import SLOT
 from .rotation import yaw_rotation
 
 FADE = 20                        # frames in which the remaining jump fades out
 ALIKE = 0.15                     # legs: how far joints (with their speed over FADE / 4) may be off
-PIECE = 2048                     # frames looked at together
 HOLD = 12                        # frames in which a motion that nothing continues comes to rest
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import gaussian_filter1d
 
-from .features import leg_length
+from .features import PIECE, leg_length
 from .joints import FEET
 
 SPEED = 0.0148                   # legs a frame below which a foot is slow (71 cm/s for a leg of 80)
@@ -25,7 +25,6 @@ NEAR = 0.0375                    # legs above its resting height: 3 cm
 HYSTERESIS = 1.1                 # so much above the bounds a stance ends, so much below it begins
 SHORTEST, GAP = 4, 4             # frames of the shortest stance, and of the longest gap bridged
 LOW, BAND = 0.05, 0.0125         # share of still frames below the lowest height; legs above it
-PIECE = 2048                     # frames looked at together
 NOISE_SIGMA = 1.0                # frames of the Gaussian
 HELD_UP = 0.08                   # legs above the other foot, which no floor or shoe explains
 
