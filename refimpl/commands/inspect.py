@@ -19,7 +19,7 @@ from ..motion.points import is_points
 from ..storage import atomic_write
 from .options import InputPath, OutputPath, add_reading, reading, write_report
 
-DEEPEST = 40                                                     # levels of indentation shown
+DEEPEST, MOST_JOINTS = 40, 1000                  # levels of indentation, joints shown
 
 
 def add_commands(commands: Any) -> None:
@@ -100,8 +100,9 @@ def _lines(clip, name, feeds, note):
     shown = [f"{'  ' * d}{joint.name[:60]}" for d, joint in zip(depth, clip.joints)]
     width = max(map(len, shown)) + 2
     lines += note + ["", f"{'joint':{width}}{'channels':14}feeds"]
-    return lines + [f"{words:{width}}{_channels(joint):14}{', '.join(feeds.get(j, ['-']))}"
-                    for j, (words, joint) in enumerate(zip(shown, clip.joints))]
+    lines += [f"{words:{width}}{_channels(joint):14}{', '.join(feeds.get(j, ['-']))}"
+              for j, (words, joint) in enumerate(zip(shown[:MOST_JOINTS], clip.joints))]
+    return lines + [f"and {len(shown) - MOST_JOINTS} more"][:len(shown) > MOST_JOINTS]
 
 
 def _body(take, mapping, facts):

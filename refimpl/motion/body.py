@@ -15,7 +15,7 @@ from .canonical import Physique, to_body
 from .clip import Clip, plus_offsets
 from .doubts import doubts
 from .extend import extended
-from .features import (FLOOR, FPS, LEG_RANGE, PIECE, TURN, Start, encode, leg_length, root_motion,
+from .features import (FLOOR, FPS, LEG_RANGE, AT_A_TIME, TURN, Start, encode, leg_length, root_motion,
                        scale)
 from .ground import planted_feet, resting_heights
 from .joints import BONES, HEELS, JOINTS, SLOT, Mapping
@@ -24,6 +24,7 @@ from .points import is_points, read_points
 from .skeleton import carrier, forward_kinematics, local_pose, resample
 from .strays import Strays, bridged, find_strays
 
+ROUNDED_AWAY = 1e9   # degrees of an angle whose last digits are coarser than a ten-millionth
 MARGIN = 48          # frames beyond both ends: the networks see 36 + 13 to each side of a frame
 # What turns a world of which this axis is up into a y-up one, as (x, y, z) -> (x, z, -y) for z.
 _UPRIGHT = {"y": np.eye(3), "z": np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]]),
@@ -64,9 +65,11 @@ class Take:
     @property
     def doubts(self) -> tuple[str, ...]:
         """Why not to trust it, in words: rows that are not motion, and what no body does."""
-        strays = self.strays.said()
-        return ((strays,) if strays else ()) + doubts(
-            self.positions, self.features[:, TURN], self.clip.fps, self.up)
+        said = [self.strays.said()] if self.strays.said() else []
+        largest = np.abs(self.clip.values[:, self.clip.angles]).max(initial=0)
+        if largest > ROUNDED_AWAY:
+            said.append(f"an angle is {largest:.3g} degrees: what is left of it is rounding")
+        return (*said, *doubts(self.positions, self.features[:, TURN], self.clip.fps, self.up))
 
     @property
     def toes(self) -> np.ndarray:
@@ -123,9 +126,9 @@ def slot_positions(clip: Clip, mapping: Mapping) -> np.ndarray:
     ten times the memory.   ->  (rows, 21, 3)
     """
     found = np.empty((clip.frames, JOINTS, 3))
-    for n in range(0, clip.frames, PIECE):
-        pose = local_pose(replace(clip, values=clip.values[n:n + PIECE]))
-        found[n:n + PIECE] = mapping.positions(*forward_kinematics(clip.parents, *pose))
+    for n in range(0, clip.frames, AT_A_TIME):
+        pose = local_pose(replace(clip, values=clip.values[n:n + AT_A_TIME]))
+        found[n:n + AT_A_TIME] = mapping.positions(*forward_kinematics(clip.parents, *pose))
     return found
 
 

@@ -6,14 +6,15 @@ and still be a motion for whoever knows why. So it is told and not refused.
 
 import numpy as np
 
-from .features import leg_length
+from .features import bone_lengths, leg_length
 from .joints import HEELS, SLOT
 
 LEANS = 0.75                     # share of the way from ankles to head that leads up, at least
 LEAPS, FAST = 0.5, 0.2            # legs that joints move in 1/60 s: once, and usually
+BONES_OF = 3.0, 30.0             # legs that a bone may have, and middle bones that a leg may have
 CLIMB = 6.0                      # legs between the lowest and the highest place of the hips
 SPIN = 0.3                       # radians that the body usually turns in one
-RATES = 10.0, 250.0              # frames a second of recordings
+USUAL_RATES = 10.0, 250.0              # frames a second of recordings
 DECIMALS = 1e-3, 1e5                 # lengths of a leg that files keep enough decimals of
 
 
@@ -46,7 +47,11 @@ def doubts(positions: np.ndarray, turn: np.ndarray, fps: float, up: str) -> tupl
         found.append("no joint moves in any frame")
     if np.ptp(positions[:, SLOT["Hips"], 1]) > CLIMB * leg:
         found.append(f"its hips climb {np.ptp(positions[:, SLOT['Hips'], 1]) / leg:.3g} legs")
-    if not RATES[0] <= fps <= RATES[1]:
+    bones = bone_lengths(positions)
+    if bones.max() > BONES_OF[0] * leg or leg > BONES_OF[1] * np.median(bones):
+        found.append(f"its bones are from {bones.min():.3g} to {bones.max():.3g} long beside a leg "
+                     f"of {leg:.3g}")
+    if not USUAL_RATES[0] <= fps <= USUAL_RATES[1]:
         found.append(f"it has {fps:g} frames a second, as few recordings have: is the Frame Time "
                      "right?")
     if not DECIMALS[0] <= leg <= DECIMALS[1]:

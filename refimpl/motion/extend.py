@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from .easing import ease
-from .features import PIECE, across, leg_length
+from .features import AT_A_TIME, across, leg_length
 from .joints import SLOT
 from .rotation import yaw_rotation
 
@@ -53,11 +53,11 @@ def _continued(positions, frames):
 
 def _most_alike(positions, frames):
     """The frame whose pose and speed are nearest to the last one's, -1 where none is near."""
-    last, off = _states(positions[-PIECE:])[-1], np.empty(len(positions) - frames - 1)
-    for n in range(0, len(off), PIECE):
+    last, off = _states(positions[-AT_A_TIME:])[-1], np.empty(len(positions) - frames - 1)
+    for n in range(0, len(off), AT_A_TIME):
         begin = max(n - 4, 0)                        # a speed is made of three frames on each side
-        state = _states(positions[begin:n + PIECE + 4])[n - begin:][:len(off[n:n + PIECE])]
-        off[n:n + PIECE] = np.sqrt(np.mean(np.sum((state - last) ** 2, axis=-1), axis=1))
+        state = _states(positions[begin:n + AT_A_TIME + 4])[n - begin:][:len(off[n:n + AT_A_TIME])]
+        off[n:n + AT_A_TIME] = np.sqrt(np.mean(np.sum((state - last) ** 2, axis=-1), axis=1))
     best = int(np.argmin(off))
     return best if off[best] <= ALIKE * leg_length(positions) else -1
 

