@@ -15,8 +15,8 @@ from .canonical import Physique, to_body
 from .clip import Clip, plus_offsets
 from .doubts import doubts
 from .extend import extended
-from .features import (FLOOR, FPS, LEG_RANGE, AT_A_TIME, TURN, Start, encode, leg_length, root_motion,
-                       scale)
+from .features import (AT_A_TIME, FLOOR, FPS, LEG_RANGE, TURN, Start, encode, leg_length,
+                       root_motion, scale)
 from .ground import planted_feet, resting_heights
 from .joints import BONES, HEELS, JOINTS, SLOT, Mapping
 from .mapping import map_clip

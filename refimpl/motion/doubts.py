@@ -25,8 +25,8 @@ def doubts(positions: np.ndarray, turn: np.ndarray, fps: float, up: str) -> tupl
     fps : frames a second of the file;  up : the axis of the file that was taken for up
 
     >>> body = np.ones((2, 21, 1)) * [0.0, 1.0, 0.0] * np.arange(21.0)[:, None]
-    >>> doubts(body, np.zeros(2), 60.0, "y")
-    ('no joint moves in any frame',)
+    >>> doubts(body, np.zeros(2), 60.0, "y")[0]
+    'no joint moves in any frame'
     """
     found, leg = [], leg_length(positions)
     rise = (positions[:, SLOT["Head"]] - positions[:, HEELS].mean(axis=1)).mean(axis=0)

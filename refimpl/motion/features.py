@@ -32,7 +32,7 @@ FPS = 60.0
 FLOOR = {"y": [0, 2], "z": [0, 1]}           # the flat columns of a position, by what is up
 ROOT_SIGMA, FACING_SIGMA = 3.0, 20.0         # frames: how root and facing are smoothed
 FLOOR_SOFTNESS = 0.01                        # legs: how near the lowest a frame must be to count
-AT_A_TIME = 2048                                 # frames that are looked at together, of a long clip
+AT_A_TIME = 2048                             # frames of a long clip that are looked at together
 LEG_RANGE = (1e-6, 1e6)                      # lengths of a leg that a body may have, in any unit
 
 
