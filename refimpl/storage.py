@@ -119,7 +119,7 @@ def _target(path):
         raise FileNotFoundError(f"{path} is a link that leads round in a circle")
     if not target.parent.is_dir():
         raise FileNotFoundError(f"{folder} does not exist; make it first")
-    if target.exists() and not os.access(target, os.W_OK):
+    if target.exists() and not (os.access(target, os.W_OK) and target.stat().st_mode & 0o222):
         raise PermissionError(f"{path} may only be read; name another file to write")
     if not os.access(target.parent, os.W_OK | os.X_OK):
         raise PermissionError(f"{folder} may not be written to")
