@@ -22,6 +22,7 @@ from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic
 from refimpl.motion.clip import BVHError
 from refimpl.storage import FormatError, atomic_write, load_npz, save_npz
+from tests.hostile import faults, targets
 from tests.hostile.fuzz import campaign, made_clips
 from tests.hostile.kills import campaign as killing, commands, prepare_folder
 
@@ -149,6 +150,14 @@ def test_every_step_of_a_write_may_be_refused(step, number, tmp_path, monkeypatc
     assert err.startswith("refimpl: error:") and os.strerror(number) in err
     assert ((tmp_path / "motions.npz").read_text() == "old"
             and sorted(p.name for p in tmp_path.iterdir()) == ["clips", "motions.npz"])
+
+
+def test_each_call_of_a_commands_writing_may_fail(tmp_path):
+    """All commands, in seven ways: `python -m tests.hostile.faults`."""
+    targets.made(tmp_path)
+    counts, wrong = faults.campaign(tmp_path, ["inspect"], ["no space", "memory", "SIGTERM"])
+    more, worse = faults.campaign(tmp_path, ["resume"], ["device"])
+    assert counts["inspect"][0] > 10 and more["resume"][0] > 10 and not wrong + worse
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
