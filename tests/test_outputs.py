@@ -18,6 +18,8 @@ from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic
 from refimpl.storage import OutputError, atomic_write, check_outputs, protected, save_npz
 
+from .commands.terminals import OnTerminal
+
 TINY = ["--epochs", "1", "--width", "9", "--batch", "4"]
 
 
@@ -275,15 +277,12 @@ def test_checkpoints_with_damaged_arrays_are_refused(damage, here, monkeypatch, 
 # Signals, readers that leave, letters that a terminal should not get.
 
 def test_sigterm_leaves_nothing_half_written(here):
-    process = subprocess.Popen([sys.executable, "-m", "refimpl", "train-autoencoder", "motions.npz",
-                                "-o", "b.npz", "--epochs", "100000", "--hidden", "6"],
-                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    with process.stderr:
-        line = process.stderr.readline()                         # the first epoch is done
-        process.send_signal(signal.SIGTERM)
-        rest = process.stderr.read()
-    assert (process.wait() == 143 and line.startswith("epoch 1/") and "Traceback" not in rest
-            and "told to end" in rest)
+    training = OnTerminal(["train-autoencoder", "motions.npz", "-o", "b.npz", "--epochs", "100000",
+                           "--hidden", "6"])
+    assert training.until("epoch 1/")                            # the first epoch is done
+    training.process.send_signal(signal.SIGTERM)
+    assert (training.end() == 143 and "Traceback" not in training.text
+            and training.seen()[-1].startswith("refimpl: told to end"))
     assert not list(here.glob(".*.part")) and (here / "b.npz.checkpoint").exists()
 
 

@@ -12,7 +12,7 @@ import refimpl
 ROOT = Path(refimpl.__file__).parent
 # The same thing in another form: the kit's second derivations and its functions of arrays, the fast
 # forms, the predecessor's form of what 2017 has, and what every command has.
-MIRRORS = ("conformance/", "fast/", "holden2016/", "commands/", "experiments/peer_torch",
+MIRRORS = ("conformance/", "fast/", "holden2016/", "commands/", "experiments/peer_",
            "__main__", "adapters/")
 # The features' and the network's: each room's users look for these names.
 STILL = {"encode", "decode"}

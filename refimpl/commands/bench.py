@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> None:
         for work in (line for make in WORKS for line in make(problem, peers)):
             for threads in settings:
                 rate = rates[dtype, threads or work.default]
-                rows.append(speed.measured(work, dtype, threads, arguments.seconds, rate, peers))
+                rows.append(speed.timed(work, dtype, threads, arguments.seconds, rate, peers))
                 progress.step(f"{work.name}, {dtype}")
     print("\n".join(["", *table(_lines(rows)), ""]))
     print("a large matrix product on one thread: " + ", ".join(

@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> None:
                  for name in ("walk", "jog", "turn-left")[:arguments.most]}
     styles = [load_style(path) for path in arguments.styles]
     count = len(takes) * (len(bodies.BODIES) + len(bodies.OTHER_FORMS)) * (2 + len(styles))
-    progress, rows = Progress(count, "     result", seconds=2.0), []
+    progress, rows = Progress(count, "result"), []
     for row in bodies.matrix(takes, styles[0].manifold, {s.name: s for s in styles}):
         rows.append(row)
         progress.step(f"{row['clip']}, {row['body']}, {row['system']}")

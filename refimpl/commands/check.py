@@ -6,7 +6,6 @@ implementation.
 
 import argparse
 import os
-import sys
 from typing import Any
 
 import numpy as np
@@ -26,6 +25,7 @@ from ..conformance.stub import HEADS, stub
 from ..conformance.verify import verify
 from .options import (InputFolder, InputPath, OutputFolder, OutputPath, number, whole,
                       write_report)
+from .progress import Progress
 
 EXIT = """Exit status: 0 everything that ran agrees; 1 something is wrong, follows another
 convention or cannot be decided, or nothing ran, or the folder is not the exported one; 2 input that
@@ -187,15 +187,15 @@ def _judge(arguments, chosen, complaints, operations=None):
         chosen = (case for name in names for case in cases(
             operations=[name], seed=arguments.seed or 0, profile=_profile(arguments)))
     if arguments.command is not None:
-        backend, *outcomes = judge_program(arguments.command, chosen, patterns,
-                                           time_limit=arguments.time_limit)
+        backend, *outcomes = _followed(names, judge_program(
+            arguments.command, chosen, patterns, time_limit=arguments.time_limit))
     elif arguments.backend is None or arguments.in_process:
         backend = load_backend(arguments.backend) if arguments.backend else reference()
-        outcomes = list(judge_all(backend, chosen, patterns))
+        outcomes = list(_followed(names, judge_all(backend, chosen, patterns)))
     else:
-        backend, *outcomes = judge_apart(Request(
+        backend, *outcomes = _followed(names, judge_apart(Request(
             arguments.backend, tuple(names), arguments.seed or 0, _profile(arguments),
-            arguments.golden, tuple(patterns), arguments.time_limit, arguments.memory_limit))
+            arguments.golden, tuple(patterns), arguments.time_limit, arguments.memory_limit)))
     idle = idle_patterns(patterns, outcomes)
     said = "disagrees" if complaints or idle else verdict(outcomes, required)
     against = arguments.golden or "refimpl"
@@ -218,6 +218,17 @@ def _judge(arguments, chosen, complaints, operations=None):
     return 0 if said == "agrees" else 1
 
 
+def _followed(names, outcomes):
+    """Outcomes, and a backend that comes before them, as they come, with progress."""
+    progress, now = Progress(len(names), "operation"), ""
+    for outcome in outcomes:
+        name = outcome.case.operation.name if hasattr(outcome, "case") else now
+        if now not in ("", name):
+            progress.step(now)
+        now = name
+        yield outcome
+
+
 def _profile(arguments):
     return arguments.profile or ("core" if arguments.command is None else "small")
 
@@ -235,10 +246,11 @@ def _verify(arguments, seed, operations):
                              "speaks; leave it out")
     cases(seed=seed, operations=operations)             # refuses an unknown name before any work
     found = []
+    progress = Progress(len(operations or OPERATIONS), "operation")
     for one in verify(seed=seed, operations=operations):
         found.append(one)
-        said = "agrees" if not one.failures else f"{len(one.failures)} failures"
-        print(f"{one.operation}: {said}", file=sys.stderr)
+        progress.step(f"{one.operation}: "
+                      + (f"{len(one.failures)} failures" if one.failures else "agrees"))
     wrong = [failure for one in found for failure in one.failures]
     said = "disagrees" if wrong else "agrees"
     print("\n".join([
@@ -272,6 +284,7 @@ def _explain(arguments):
 
 def run_export(arguments: argparse.Namespace) -> None:
     """Write the golden vectors. A ValueError says what stands in the way."""
-    count = export(arguments.folder, seed=arguments.seed,
-                   operations=_names("--operations", arguments.operations))
+    names = _names("--operations", arguments.operations)
+    count = export(arguments.folder, seed=arguments.seed, operations=names,
+                   report=Progress(len(names or OPERATIONS), "operation").step)
     print(f"{arguments.folder}: {count} golden vectors and manifest.json")

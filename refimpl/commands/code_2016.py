@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> None:
                    f"{arguments.contents!r} held out")
         raise ValueError(f"{arguments.motions}: found {missing}, needed some; do --contents, "
                          "--styles and --clips fit?")
-    progress = Progress(len(pairs) * (len(code_2016.WAYS) + 3), "search", seconds=3.0)
+    progress = Progress(len(pairs) * (len(code_2016.WAYS) + 3), "search")
     named = [(f"{clip.name} in style {style.style}", _as_rows(clip), _as_rows(style), clip.fps)
              for clip, style in pairs]
     measured = []

@@ -59,7 +59,8 @@ def run(arguments: argparse.Namespace) -> None:
     # The manifold should know more than two styles.
     styles = dict.fromkeys(("normal", arguments.style, "old", "zombie"))
     motions = make_database(seconds_per_clip=_SECONDS, people=_PEOPLE, styles=tuple(styles))
-    takes = {motion.name: make_take(motion.clip, name=motion.name) for motion in motions}
+    takes = {motion.name: make_take(motion.clip, name=motion.name)
+             for motion in Progress.over(motions, "motion")}
     dataset = assemble(takes.items(),
                        {motion.name: (motion.content, motion.style) for motion in motions},
                        "embedded motion", _HELD_OUT)
@@ -118,7 +119,7 @@ def _style(lesson, manifold, name, seed):
 
 
 def _follow(epochs, total):
-    progress, records = Progress(total, "     epoch"), []
+    progress, records = Progress(total, "epoch"), []
     for record, state in epochs:
         records.append({"epoch": record.epoch, **record.losses,
                         "gradient_norm": record.gradient_norm, "seconds": record.seconds})

@@ -81,6 +81,7 @@ def run(arguments: argparse.Namespace) -> None:
     chosen = evaluate.classifier_clips(dataset, styles, arguments.content_style)
     contents = {style.name: _contents(dataset, style, paths, arguments) for style in styles}
     arguments.out.mkdir(parents=True, exist_ok=True)
+    progress = Progress(sum(map(len, contents.values())), "clip")
     classifiers = evaluate.fit_classifiers(chosen, manifold, dataset.leg)
     print(f"judges fitted on {len(chosen)} clips that no network learnt on")
     embed = classifiers["joints"].embed
@@ -88,7 +89,6 @@ def run(arguments: argparse.Namespace) -> None:
                           for c in chosen if c.style == s.name] for s in styles}
     rows: list[dict[str, Any]] = []
     windows: dict[tuple[str, str], list[np.ndarray]] = {}
-    progress = Progress(sum(map(len, contents.values())), "clip", seconds=2.0)
     for style in styles:
         for row, points in _style_rows(dataset, style, contents[style.name], classifiers, arguments,
                                        paths, progress, network):
@@ -122,13 +122,13 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _check(styles, dataset, arguments):
-    def known_by(manifold):
+    def _known_by(manifold):
         return [*manifold.params.values(), manifold.normaliser.mean, manifold.normaliser.deviation,
                 manifold.leg, manifold.bones]
 
-    first = known_by(styles[0].manifold)
+    first = _known_by(styles[0].manifold)
     for path, style in zip(arguments.styles, styles):
-        if not all(map(np.array_equal, known_by(style.manifold), first)):
+        if not all(map(np.array_equal, _known_by(style.manifold), first)):
             raise evaluate.EvaluationError(
                 f"{path}: found another loss network or normaliser than in {arguments.styles[0]}, "
                 "needed the same for all")

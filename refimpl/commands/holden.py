@@ -98,11 +98,12 @@ def _tables(arguments, ground, styles, chosen):
         for clip in ground.dataset.select(held_out=True):
             place = clip.name.rpartition("/")[0] or ground.dataset.source
             places.setdefault(place, []).append(clip)
+        runs = [(seed, depooling, form, place) for seed in range(arguments.seeds)
+                for depooling, form in LOSS_NETWORKS for place in places]
         rows = [{"table": "projection", "clips": place, "depooling": depooling, "normaliser": form,
                  "seed": seed,
                  **holden.projection(ground, _network(seed, depooling, form), places[place])}
-                for seed in range(arguments.seeds) for depooling, form in LOSS_NETWORKS
-                for place in places]
+                for seed, depooling, form, place in Progress.over(runs, "measurement")]
         print_rows(rows, ("clips", "depooling", "normaliser", "seed"), _PROJECTION_COLUMNS)
         yield rows
     by_reading = [(form, replace(WEIGHTS[reading], style=s), 1.0) for form, reading, s in _READINGS]
@@ -117,8 +118,8 @@ def _tables(arguments, ground, styles, chosen):
 
 def _style_rows(arguments, ground, styles, network, name, ways):
     """Each style by each way, and what the content and real takes would get."""
+    progress = Progress(arguments.seeds * len(styles) * len(ways), "style network")
     rows, referee = [], network(REFEREE)
-    progress = Progress(arguments.seeds * len(styles) * len(ways), "     style network")
     for seed in range(arguments.seeds):
         for style in styles:
             for who, null in holden.nulls(ground, style, arguments.contents, referee):
@@ -170,7 +171,7 @@ def _folder(arguments):
     if not labels:
         raise ValueError(f"{arguments.folder}: found no clip with labels, needed some; do "
                          "--pattern and --clips fit?")
-    progress, takes, named = Progress(len(labels), "clip", seconds=2.0), {}, {}
+    progress, takes, named = Progress(len(labels), "clip"), {}, {}
     for path, label in labels.items():
         name = path.relative_to(arguments.folder).with_suffix("").as_posix()
         takes[name], named[name] = read_take(path), label

@@ -1,7 +1,9 @@
-"""Lines that tell how far long work has come."""
+"""How far long work has come."""
 
+from collections.abc import Collection, Iterator
 import sys
 import time
+from typing import Any
 
 from ..gradcheck.report import columns as table
 from ..holden2017.train import Record
@@ -10,27 +12,37 @@ __all__ = ["Progress", "duration", "epoch_line", "table"]
 
 
 class Progress:
-    """Prints a line a step with the time left to the standard error.
+    """Shows on the terminal of the standard error how many steps are done and how long the rest
+    will take; where that is no terminal it is silent. What is printed next takes the line's place.
 
-    total : number of steps
-    name : of a step
-    seconds : between two lines at least; the last one always comes
+    total : number of steps;  name : of a step
     """
 
-    def __init__(self, total: int, name: str, seconds: float = 1.0) -> None:
-        self.total, self.name, self.seconds = total, name, seconds
-        self.done, self.began, self.shown = 0, time.monotonic(), 0.0
+    def __init__(self, total: float, name: str) -> None:
+        self.total, self.name, self.done, self.began = total, name, 0.0, time.monotonic()
+        self.shown = self.began
+        self._show("")
 
-    def step(self, text: str) -> None:
-        """Count a step as done and print its line, with `text`, if it is time for one."""
-        self.done += 1
-        now = time.monotonic()
-        if now - self.shown < self.seconds and self.done < self.total:
-            return
-        self.shown = now
-        left = (now - self.began) / self.done * (self.total - self.done)
-        print(f"{self.name} {self.done}/{self.total}  {text}  {duration(left)} left",
-              file=sys.stderr, flush=True)
+    def step(self, text: str = "", share: float = 1.0) -> None:
+        """Count a step as done; say what was done.   share : how many steps it counts for"""
+        self.done += share
+        if time.monotonic() - self.shown >= 0.1 or self.done == share:
+            left = (time.monotonic() - self.began) * max(0.0, self.total / self.done - 1)
+            self._show(f", {duration(left)} left  {text}")
+
+    @classmethod
+    def over(cls, items: Collection[Any], name: str) -> Iterator[Any]:
+        """The items one after the other, each a step."""
+        progress = cls(len(items), name)
+        for item in items:
+            yield item
+            progress.step(item if isinstance(item, str) else "")
+
+    def _show(self, text):
+        self.shown = time.monotonic()
+        show = getattr(sys.stderr, "show", None)                 # a `Terminal` while a command runs
+        if show is not None:
+            show(f"{self.name} {self.done:g}/{self.total:g}{text}")
 
 
 def duration(seconds: float) -> str:

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from ..motion.bvh import read_bvh, write_bvh
-from ..motion.dataset import PATTERN
+from ..motion.dataset import PATTERN, find_clips
 from ..storage import atomic_write
 from ..experiments import torresani as experiment
 from ..embedded import performers
-from ..torresani2006.database import embedded_database, read_database, train
+from ..torresani2006.database import BLENDS, embedded_database, read_database, train
 from ..torresani2006.observe import EFFORTS
 from ..torresani2006.poses import clip_of, fit_body, fragment_of, size_ratio
 from ..torresani2006.regress import MODELS
@@ -113,8 +113,10 @@ def _load(arguments):
                              "with the clips that it names")
         database = embedded_database()
     else:
+        progress = Progress(len(find_clips(arguments.database)), "clip")
         database = read_database(arguments.database, labels=arguments.labels,
-                                 pattern=arguments.pattern, contents=arguments.contents)
+                                 pattern=arguments.pattern, contents=arguments.contents,
+                                 report=lambda path: progress.step(path.name))
     return database, clip, fragment_of(clip, database.body, Path(arguments.clip).stem)
 
 
@@ -144,7 +146,9 @@ def run_synthesise(arguments: argparse.Namespace) -> None:
     """
     target = check_style([getattr(arguments, effort) for effort in EFFORTS])
     database, clip, Y = _load(arguments)
-    model, projection = train(database, arguments.model, seed=arguments.seed)
+    progress = Progress(BLENDS, "blend")
+    model, projection = train(database, arguments.model, seed=arguments.seed,
+                              report=lambda done: progress.step())
     made = synthesise(Y, database, model, projection, target, count=arguments.neighbours,
                       looks=arguments.looks)
     own = replace(fit_body([clip]), reference=database.body.reference,
@@ -191,7 +195,7 @@ def run_experiment(arguments: argparse.Namespace) -> None:
     contents = dict.fromkeys(str(fragment.content) for fragment in database.fragments)
     print(f"1/4  {len(database.fragments)} fragments: {', '.join(contents)} by "
           f"{', '.join(dict.fromkeys(cast.performer))}; styles of the computed observer")
-    progress = Progress(arguments.splits, "     split")
+    progress = Progress(arguments.splits, "split")
     errors = experiment.table_1(database, arguments.splits, seed=seed,
                                 report=lambda n: progress.step(""))
     rows = experiment.table_rows(errors)
@@ -199,9 +203,12 @@ def run_experiment(arguments: argparse.Namespace) -> None:
     print(f"2/4  Table 1: mean squared error over {arguments.splits} splits")
     for line in table(rows):
         print("     " + line)
+    progress = Progress(3, "part")
     model, projection = train(database, seed=seed)
     _figure_1(arguments.out, database, experiment.figure_1(database, model, projection, seed=seed))
+    progress.step("figure 1")
     known = experiment.cut_again(database, seed=seed)
+    progress.step("known fragments")
     new = experiment.cut_newcomers(cast, seed=seed)
     print("3/4  segmentation, within 0.1 s of every joint")
     print(f"     known fragments, warped and with noise: {known['sequences']:.0%} of the "
@@ -213,7 +220,7 @@ def run_experiment(arguments: argparse.Namespace) -> None:
     print("4/4  styles asked for, and whether the computed observer sees the result nearer to them "
           "than the input")
     for looks in (1, LOOKS):
-        progress = Progress(len(set(cast.performer)), "     performer")
+        progress = Progress(len(set(cast.performer)), "performer")
         seen = experiment.asked_and_seen(cast, lambda others: train(others, seed=seed),
                                          trials=arguments.trials, looks=looks, seed=seed,
                                          report=progress.step)

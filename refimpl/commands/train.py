@@ -221,7 +221,7 @@ def follow(arguments: argparse.Namespace, run: Run, like: Mapping[str, np.ndarra
     elif aside := set_aside(checkpoint):
         print(f"{checkpoint}: found the checkpoint of an earlier run and --resume not given; "
               f"it is kept as {aside}")
-    progress = Progress(arguments.epochs - len(records), "epoch", seconds=0.0)
+    progress = Progress(arguments.epochs - len(records), "epoch")
     threads = getattr(arguments, "threads", None)
     with ThreadPoolExecutor(threads) if threads and threads > 1 else nullcontext() as executor:
         for record, state in epochs(state, executor):

@@ -19,6 +19,7 @@ from ..motion.joints import SLOT, MappingError
 from ..motion.part import frames_of, part_of
 from .options import (InputPath, OutputPath, add_reading, check_ending, number, parts, reading,
                       whole, write_report)
+from .progress import Progress
 
 DESCRIPTION = """A clip in another style, on its own skeleton, at its own rate: by a trained
 network (the system of 2017), or by an optimisation that needs no training for a new style (that of
@@ -112,7 +113,9 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         style = load_style(arguments.style_file)
         name = repr(style.name)
+    progress = Progress(3, "part")                               # which take about equally long
     take = read_take(content, overrides, **how)
+    progress.step("read")
     frames = frames_of(take, arguments.begin, arguments.end)
     if optimised:
         result = _optimise(arguments, take, exemplars, manifold, network)
@@ -120,6 +123,7 @@ def run(arguments: argparse.Namespace) -> None:
         result = transfer(take, style, projected=not arguments.no_projection,
                           clean=not arguments.raw, own_pace=arguments.own_pace,
                           networks=networks, **_back(arguments))
+    progress.step("stylised")
     result = part_of(take, result, arguments.begin, arguments.end)
     positions = take.positions[frames]
     write_bvh(arguments.output, plus_offsets(result.clip, -1.0) if arguments.positions == "add"

@@ -43,7 +43,7 @@ they are allowed again. Other files may lie beside these four, none below vector
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 import contextlib
 import hashlib
 import io
@@ -61,7 +61,7 @@ from ..gradcheck.difference import largest
 from ..storage import FormatError, atomic_write, read_arrays
 from .backend import OPERATIONS, nearest, reference
 from .calls import Case
-from .cases import answerable
+from .cases import answerable, known_operation
 from .schema import FORMAT, PROTOCOL, SCHEMA, VERSION, facts, mistakes, read_manifest
 from .vectors import case_files, described, options, with_answers
 
@@ -69,14 +69,18 @@ ZEROS = 64 * "0"
 MADE_BY = f"refimpl {__version__}"
 
 
-def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | None = None) -> int:
+def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | None = None,
+           report: Callable[[str], Any] = lambda operation: None) -> int:
     """Write all cases that have outputs.   ->  number of cases
 
     Everything is written before the manifest, which is written last and whole. Vectors of an
     earlier export that are no part of this one are taken away; other files stay.
+    report : called with each operation when its cases are written
     Raises FormatError where a README.txt or manifest stands that no export wrote.
     """
-    folder = Path(folder)
+    folder, names = Path(folder), list(OPERATIONS if operations is None else operations)
+    for name in names:
+        known_operation(name)
     for name, mark in (("manifest.json", f'"{FORMAT}"'), ("README.txt", str(__doc__)[:14]),
                        ("manifest.schema.json", FORMAT)):
         if (folder / name).is_file() and mark not in (folder / name).read_text(
@@ -86,7 +90,10 @@ def export(folder: str | Path, *, seed: int = 0, operations: Iterable[str] | Non
     (folder / "vectors").mkdir(parents=True, exist_ok=True)
     earlier = _listed(folder)
     Path(os.path.realpath(folder / "manifest.json")).unlink(missing_ok=True)
-    entries = [_write_case(folder, case) for case in answerable(seed, operations)]
+    entries = []
+    for name in names:
+        entries += [_write_case(folder, case) for case in answerable(seed, [name])]
+        report(name)
     for name in earlier - {name for entry in entries for name in _files(entry)}:
         (folder / name).unlink(missing_ok=True)
         with contextlib.suppress(OSError):                       # other files may lie there

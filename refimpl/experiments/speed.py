@@ -26,7 +26,7 @@ from ..holden2017.objective import CONTENT, STYLE, Batch, Weights
 from ..motion.joints import BONES
 from ..fast import conv
 
-FRAMES, BATCHES, SPARSE = (240, 480, 960, 3840), (10, 32), 0.01
+FRAMES, BATCHES, SPARSITY = (240, 480, 960, 3840), (10, 32), 0.01
 PERCEPTUAL = (CONTENT, STYLE)
 
 
@@ -157,10 +157,10 @@ def autoencoder_steps(problem: Problem, peers: Sequence[Any], batch: int = 10) -
     calls: dict[str, Callable] = {}
     for peer in peers:
         if hasattr(peer, "autoencoder_step"):
-            calls |= peer.autoencoder_step(problem, X, chosen, SPARSE)
+            calls |= peer.autoencoder_step(problem, X, chosen, SPARSITY)
     yield Work(f"training step of the loss network, batch {batch}",
                _in_parts(autoencoder_gradients, problem.L,
-                         networks.Reconstruction(X, chosen=chosen), SPARSE), calls, default=2)
+                         networks.Reconstruction(X, chosen=chosen), SPARSITY), calls, default=2)
 
 
 def all_five(problem: Problem, peers: Sequence[Any], batch: int = 10) -> Iterator[Work]:
@@ -195,7 +195,7 @@ def convolutions(problem: Problem, peers: Sequence[Any] = ()) -> Iterator[Work]:
                _calling(nn.conv1d_backward, dy, x, w, b))
 
 
-def measured(work: Work, dtype: Any, threads: int | None, seconds: float, rate: float,
+def timed(work: Work, dtype: Any, threads: int | None, seconds: float, rate: float,
              peers: Sequence[Any] = ()) -> dict[str, Any]:
     """Medians of one line, everything interleaved.
 

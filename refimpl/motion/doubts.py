@@ -14,7 +14,7 @@ LEAPS, FAST = 0.5, 0.2            # legs that joints move in 1/60 s: once, and u
 BONES_OF = 3.0, 30.0             # legs that a bone may have, and middle bones that a leg may have
 CLIMB = 6.0                      # legs between the lowest and the highest place of the hips
 SPIN = 0.3                       # radians that the body usually turns in one
-USUAL_RATES = 10.0, 250.0              # frames a second of recordings
+RECORDED_AT = 10.0, 250.0              # frames a second of recordings
 DECIMALS = 1e-3, 1e5                 # lengths of a leg that files keep enough decimals of
 
 
@@ -51,7 +51,7 @@ def doubts(positions: np.ndarray, turn: np.ndarray, fps: float, up: str) -> tupl
     if bones.max() > BONES_OF[0] * leg or leg > BONES_OF[1] * np.median(bones):
         found.append(f"its bones are from {bones.min():.3g} to {bones.max():.3g} long beside a leg "
                      f"of {leg:.3g}")
-    if not USUAL_RATES[0] <= fps <= USUAL_RATES[1]:
+    if not RECORDED_AT[0] <= fps <= RECORDED_AT[1]:
         found.append(f"it has {fps:g} frames a second, as few recordings have: is the Frame Time "
                      "right?")
     if not DECIMALS[0] <= leg <= DECIMALS[1]:

@@ -24,13 +24,15 @@ async function decode(figure) {
   for (let i = 0; i < frames * joints; i++)
     if (bit(flags, i)) for (let a = 0; a < 3; a++) points[3 * (i + Math.floor(i / joints)) + a] = NaN;
   const standing = flags + Math.ceil(frames * joints / 8);
-  return {...figure, points, width, joints, bones: parents.map((parent, joint) => [parent, joint]).filter(b => b[0] >= 0),
+  return {...figure, points, width, joints, end: (frames - 1) / figure.fps,
+    bones: parents.map((parent, joint) => [parent, joint]).filter(bone => bone[0] >= 0),
     planted: (t, k) => bit(standing, t * feet.length + k)};
 }
 
 // The points of a figure at a time between two frames; past either end, those of the last one there.
 function pose({points, width, frames, fps, step}, time) {
-  const x = clamp(time * fps, 0, frames - 1), a = width * Math.floor(x + 1e-6), w = x % 1, row = new Float64Array(width);
+  const x = clamp(time * fps, 0, frames - 1), a = width * Math.floor(x + 1e-6), w = x % 1;
+  const row = new Float64Array(width);
   for (let i = 0; i < width; i++) {
     const p = points[a + i];
     row[i] = step * (w > 1e-6 && w < 1 - 1e-6 ? p + w * (points[a + width + i] - p) : p);
@@ -52,7 +54,7 @@ async function start(host, markup, data) {
   const slider = find("input"), still = matchMedia("(prefers-reduced-motion: reduce)");
   const figures = await Promise.all(data.figures.map(decode)), many = figures.length > 1;
   const finest = figures.reduce((a, b) => b.fps > a.fps ? b : a).fps;
-  const duration = Math.max(...figures.map(f => (f.frames - 1) / f.fps)), last = Math.round(duration * finest);
+  const duration = Math.max(...figures.map(f => f.end)), last = Math.round(duration * finest);
   const reach = Math.max(...figures.map(f => f.reach));
   const camera = {}, fingers = new Map();
   let time = 0, playing = duration > 0 && !still.matches, visible = false, stamp = null, asked = false;
@@ -60,10 +62,11 @@ async function start(host, markup, data) {
 
   const frame = figure => Math.min(Math.floor(time * figure.fps + 1e-6), figure.frames - 1);
   const centre = (figure, t) => [...pose(figure, t).slice(-3)];
-  const together = t => figures.reduce((sum, f) => centre(f, t).map((x, a) => sum[a] + x / figures.length), [0, 0, 0]);
-  const spread = () => {                         // how far apart the figures are, for a view of all of them
-    const middle = together(time);
-    return Math.min(2 * reach, Math.max(...figures.map(f => Math.hypot(...centre(f, time).map((x, a) => x - middle[a])))));
+  const together = () => figures.map(f => centre(f, time)).reduce(
+    (sum, one) => sum.map((x, axis) => x + one[axis] / figures.length), [0, 0, 0]);
+  const spread = () => {                         // how far apart the figures are, for a view of all
+    const middle = together(), from = f => Math.hypot(...centre(f, time).map((x, a) => x - middle[a]));
+    return Math.min(2 * reach, Math.max(...figures.map(from)));
   };
 
   // ---- from the world to the picture ----
@@ -84,7 +87,7 @@ async function start(host, markup, data) {
       down = x === x;
     }
   }
-  function views(width, height) {                // one for all figures, or one each in as many columns as give most room
+  function views(width, height) {                // one for all, or one each in as many columns as give most room
     const groups = beside ? figures.map(f => [f]) : [figures], size = beside ? reach : reach + spread();
     const room = columns => Math.min(width / columns / 1.5, height / Math.ceil(groups.length / columns) / 2.5) / size;
     let columns = 1;
@@ -93,7 +96,7 @@ async function start(host, markup, data) {
     return groups.map((group, n) => {
       const left = wide * (n % columns), top = high * Math.floor(n / columns);
       return {group, left, top, wide, high, x: left + wide / 2, y: top + high * 0.53,
-        scale: room(columns) * camera.zoom, focus: beside ? centre(group[0], time) : together(time)};
+        scale: room(columns) * camera.zoom, focus: beside ? centre(group[0], time) : together()};
     });
   }
 
@@ -110,8 +113,11 @@ async function start(host, markup, data) {
       }
   }
   function way(pen, view, figure) {              // of the middle over the floor, ten seconds before and after
-    const from = Math.max(0, time - 10), to = Math.min((figure.frames - 1) / figure.fps, time + 10), points = [];
-    for (let t = from; t <= to; t += 0.1) { const [x, , z] = centre(figure, t); points.push([x, 0, z]); }
+    const now = Math.round(10 * time), points = [];
+    for (let k = Math.max(0, now - 100); k <= now + 100; k++) {        // in tenths, so that it lies still
+      const [x, , z] = centre(figure, Math.min(k / 10, figure.end));
+      points.push([x, 0, z]);
+    }
     pen.strokeStyle = mixed(figure.shade, colours.paper, 0.5);
     pen.lineWidth = 1.5;
     line(pen, view, points);
@@ -120,32 +126,35 @@ async function start(host, markup, data) {
   function body(pen, view, figure, t, ghost) {
     const at = pose(figure, t);
     const seen = figure.parents.map((_, j) => project(view, at[3 * j], at[3 * j + 1], at[3 * j + 2]));
-    const thick = Math.max(1.5, 0.05 * reach * view.scale * Math.min(1, Math.sqrt(30 / figure.joints)));
+    const thick = Math.max(1.5, 0.05 * figure.reach * view.scale * Math.min(1, Math.sqrt(30 / figure.joints)));
     const depth = project(view, ...at.slice(-3))[2];
-    const tone = near => mixed(figure.shade, colours.paper, ghost || clamp(0.2 - 0.35 * (near - depth) / figure.reach, 0, 0.5));
-    const strokes = figure.bones.map(([a, b]) => ({a: seen[a], b: seen[b], near: (seen[a][2] + seen[b][2]) / 2}));
+    const pale = near => ghost || clamp(0.2 - 0.35 * (near - depth) / figure.reach, 0, 0.5);
+    const long = ([a, b]) => Math.hypot(...[0, 1, 2].map(axis => at[3 * a + axis] - at[3 * b + axis]));
+    // A longer bone leads to a root that was left behind.
+    const strokes = figure.bones.filter(bone => long(bone) < 2.5 * figure.reach)
+      .map(([a, b]) => ({a: seen[a], b: seen[b], near: (seen[a][2] + seen[b][2]) / 2}));
     if (!figure.bones.length) seen.forEach(p => strokes.push({a: p, b: p, near: p[2]}));
     if (figure.head !== null) {
-      const [a, b] = [figure.parents[figure.head], figure.head].map(j => seen[Math.max(j, 0)]), r = 0.1 * figure.reach * view.scale;
-      const long = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1;
-      strokes.push({ball: r, a: [b[0] + 0.7 * r * (b[0] - a[0]) / long, b[1] + 0.7 * r * (b[1] - a[1]) / long], near: b[2]});
+      const [a, b] = [figure.parents[figure.head], figure.head].map(j => seen[Math.max(j, 0)]);
+      const r = 0.1 * figure.reach * view.scale, up = 0.7 * r / (Math.hypot(b[0] - a[0], b[1] - a[1]) || 1);
+      strokes.push({ball: r, a: [b[0] + up * (b[0] - a[0]), b[1] + up * (b[1] - a[1])], near: b[2]});
     }
     pen.lineCap = "round";
     for (const {a, b, ball, near} of strokes.filter(s => s.near === s.near).sort((p, q) => p.near - q.near))
-      for (const edge of ghost ? [0] : [Math.min(2.5, thick / 2), 0]) {    // a rim of paper tells which limb is in front
-        pen.strokeStyle = pen.fillStyle = edge ? colours.paper : tone(near);
+      for (const edge of ghost ? [0] : [Math.min(2.5, thick / 2), 0]) {    // a rim tells which is in front
+        pen.strokeStyle = pen.fillStyle = mixed(figure.shade, colours.paper, edge ? 1 : pale(near));
         pen.lineWidth = (ghost ? 0.6 : 1) * thick + edge;
         pen.beginPath();
-        if (ball) { pen.arc(a[0], a[1], ball + edge / 2, 0, 7); pen.fill(); }
+        if (ball !== undefined) { pen.arc(a[0], a[1], ball + edge / 2, 0, 7); pen.fill(); }
         else { pen.moveTo(a[0], a[1]); pen.lineTo(b[0], b[1] + 0.01); pen.stroke(); }
       }
   }
   function feet(pen, view, figure) {             // a disc on the floor below each foot that stands
-    const at = pose(figure, time), r = 0.08 * figure.reach;
+    const at = pose(figure, time), r = 0.08 * figure.reach, turns = [...Array(17).keys()].map(i => i * Math.PI / 8);
     figure.feet.forEach((joint, k) => {
       if (!figure.planted(frame(figure), k)) return;
       const [x, y, z] = at.slice(3 * joint, 3 * joint + 3), low = y < 0.2 * figure.reach ? 0 : y;
-      line(pen, view, [...Array(17)].map((_, i) => [x + r * Math.cos(i * Math.PI / 8), low, z + r * Math.sin(i * Math.PI / 8)]));
+      line(pen, view, turns.map(turn => [x + r * Math.cos(turn), low, z + r * Math.sin(turn)]));
       pen.fillStyle = mixed(figure.shade, colours.paper, 0.45);
       pen.fill();
     });
@@ -153,9 +162,11 @@ async function start(host, markup, data) {
   function names(pen, view) {
     pen.textBaseline = "top";
     view.group.forEach((figure, n) => {
-      const lost = figure.parents.filter((_, j) => Number.isNaN(figure.points[frame(figure) * figure.width + 3 * j])).length;
-      const notes = [figures.some(f => f.fps !== figure.fps) && `frame ${frame(figure)}`, lost && `${lost} joint${lost > 1 ? "s" : ""} missing`,
-        many && time > (figure.frames - 1) / figure.fps + 1e-6 && "ended"].filter(Boolean).join(", ");
+      const now = frame(figure), first = now * figure.width;
+      const lost = figure.parents.filter((_, j) => Number.isNaN(figure.points[first + 3 * j])).length;
+      const notes = [figures.some(f => f.fps !== figure.fps) && `frame ${now}`,
+        lost && `${lost} joint${lost > 1 ? "s" : ""} missing`,
+        many && time > figure.end + 1e-6 && "ended"].filter(Boolean).join(", ");
       const y = view.top + 4 + 20 * n, fits = text => pen.measureText(text).width <= view.wide - 26;
       pen.fillStyle = figure.shade;
       pen.fillRect(view.left + 4, y + 2, 11, 11);
@@ -166,16 +177,16 @@ async function start(host, markup, data) {
     });
   }
   function sized(canvas, height) {               // a pen for a canvas in the page's pixels, wiped
-    const ratio = devicePixelRatio || 1, wide = canvas.clientWidth;
-    canvas.width = Math.round(wide * ratio);
-    canvas.height = Math.round(height * ratio);
-    const pen = canvas.getContext("2d");
-    pen.scale(ratio, ratio);
+    const ratio = devicePixelRatio || 1, pen = canvas.getContext("2d");
+    const [wide, high] = [canvas.clientWidth, height].map(length => Math.round(length * ratio));
+    if (canvas.width !== wide || canvas.height !== high) Object.assign(canvas, {width: wide, height: high});
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, wide, high);
     return pen;
   }
   function draw() {
     const width = scene.clientWidth, height = scene.clientHeight, pen = sized(scene, height);
-    const style = getComputedStyle(find(".player"));
+    const style = getComputedStyle(find(".player")), index = Math.floor(time * finest + 1e-6);
     for (const name of ["ink", "quiet", "paper", "floor"]) colours[name] = style.getPropertyValue("--" + name).trim();
     for (const f of figures) f.shade = mixed(f.colour, "#ffffff", Number(style.getPropertyValue("--lift")));
     pen.font = "14px system-ui, sans-serif";
@@ -190,7 +201,7 @@ async function start(host, markup, data) {
       for (const figure of onion ? view.group : [])
         for (const k of [-4, 4, -3, 3, -2, 2, -1, 1]) {
           const t = time + 0.2 * k;
-          if (t >= 0 && t <= (figure.frames - 1) / figure.fps) body(pen, view, figure, t, 0.55 + 0.09 * Math.abs(k));
+          if (t >= 0 && t <= figure.end) body(pen, view, figure, t, 0.55 + 0.09 * Math.abs(k));
         }
       for (const figure of view.group) body(pen, view, figure, time, 0);
       names(pen, view);
@@ -201,7 +212,7 @@ async function start(host, markup, data) {
     pen.textBaseline = "bottom";
     pen.fillText(`floor squares: ${data.square} ${data.unit}`, 4, height - 2);
     slider.value = Math.round(time * finest);
-    find("output").textContent = `${time.toFixed(2)} of ${duration.toFixed(2)} s, frame ${Math.floor(time * finest + 1e-6)} of ${last}`;
+    find("output").textContent = `${time.toFixed(2)} of ${duration.toFixed(2)} s, frame ${index} of ${last}`;
     find(".play").textContent = playing ? "Pause" : "Play";
     if (!playing) slider.setAttribute("aria-valuetext", find("output").textContent);
   }
@@ -253,11 +264,15 @@ async function start(host, markup, data) {
   slider.oninput = () => go(Number(slider.value));
   root.addEventListener("keydown", event => {
     const now = Math.round(time * finest), second = Math.round(finest), turn = 0.1, on = event.target.localName;
-    const keys = event.shiftKey
-      ? {ArrowLeft: () => look(-turn, 0, 1), ArrowRight: () => look(turn, 0, 1), ArrowUp: () => look(0, turn, 1), ArrowDown: () => look(0, -turn, 1)}
-      : {ArrowLeft: () => go(now - 1), ArrowRight: () => go(now + 1), PageUp: () => go(now - second), PageDown: () => go(now + second),
-        Home: () => go(0), End: () => go(last), 0: reset, "-": () => look(0, 0, 0.8), "=": () => look(0, 0, 1.25)};
-    Object.assign(keys, {"+": () => look(0, 0, 1.25), " ": on !== "button" && on !== "summary" && (() => play(!playing))});
+    const keys = event.shiftKey ? {
+      ArrowLeft: () => look(-turn, 0, 1), ArrowRight: () => look(turn, 0, 1),
+      ArrowUp: () => look(0, turn, 1), ArrowDown: () => look(0, -turn, 1),
+    } : {
+      ArrowLeft: () => go(now - 1), ArrowRight: () => go(now + 1), Home: () => go(0), End: () => go(last),
+      PageUp: () => go(now + second), PageDown: () => go(now - second), 0: reset,
+    };
+    for (const [key, nearer] of [["+", 1.25], ["=", 1.25], ["-", 0.8]]) keys[key] = () => look(0, 0, nearer);
+    if (on !== "button" && on !== "summary") keys[" "] = () => play(!playing);
     if (!keys[event.key] || on === "select" || event.ctrlKey || event.altKey || event.metaKey) return;
     keys[event.key]();
     event.preventDefault();
@@ -287,7 +302,8 @@ async function start(host, markup, data) {
     find(name).textContent = text;
     find(name).hidden = !text;
   }
-  scene.setAttribute("aria-label", `${figures.map(f => f.name).join(", ")}: moving figures, ${duration.toFixed(2)} seconds`);
+  const everybody = figures.map(f => f.name).join(", ");
+  scene.setAttribute("aria-label", `${everybody}: moving figures, ${duration.toFixed(2)} seconds`);
   find(".beside").hidden = !many;
   find(".beside").setAttribute("aria-pressed", beside);
   find(".play").disabled = slider.disabled = !duration;
@@ -295,8 +311,12 @@ async function start(host, markup, data) {
   const again = () => { draw(); drawStands(); };
   new ResizeObserver(again).observe(host);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
-  new IntersectionObserver(seen => { visible = seen.at(-1).isIntersecting; stamp = null; ask(); }).observe(host);
   reset();
   again();
-  host.dataset.ready = "yes";
+  new IntersectionObserver(seen => {             // out of sight it rests
+    visible = seen.at(-1).isIntersecting;
+    stamp = null;
+    host.dataset.ready = "yes";
+    ask();
+  }).observe(host);
 }

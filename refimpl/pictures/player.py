@@ -38,7 +38,8 @@ _FRAGMENT = """<div class="refimpl-player" data-player="{name}"{alone}>
 <script>(() => {{ "use strict";
 {code}
 for (const host of document.querySelectorAll('[data-player="{name}"]:not([data-ready])'))
-  start(host, {markup}, {data});
+  start(host, {markup}, {data}).catch(error => {{
+    host.shadowRoot.textContent = "The player could not start: " + error.message; }});
 }})();</script>"""
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
@@ -125,7 +126,7 @@ def show(figures: Figures, **options: Any) -> Shown:
         origin, facing +z, instead of where it is to the others (False)
     Raises ValueError.
 
-    >>> show({"still": np.zeros((2, 21, 3))}, caption="nobody").count("</script>")
+    >>> show([Figure("still", np.zeros((2, 21, 3)))], caption="nobody").count("<script>")
     1
     """
     return Shown(_fragment(_data(figures, **options)))
@@ -133,11 +134,11 @@ def show(figures: Figures, **options: Any) -> Shown:
 
 def _fragment(data, alone=""):
     """A player's place and the program that fills it."""
-    def quoted(value):                                           # nothing in it ends the <script>
+    def _quoted(value):                                           # nothing in it ends the <script>
         return json.dumps(value).replace("<", "\\u003c")
 
-    parts = {"code": _HERE.with_suffix(".js").read_text(encoding="utf-8"), "data": quoted(data),
-             "markup": quoted(_HERE.with_suffix(".html").read_text(encoding="utf-8"))}
+    parts = {"code": _HERE.with_suffix(".js").read_text(encoding="utf-8"), "data": _quoted(data),
+             "markup": _quoted(_HERE.with_suffix(".html").read_text(encoding="utf-8"))}
     name = hashlib.sha256("".join(parts.values()).encode()).hexdigest()[:16]
     return _FRAGMENT.format(name=name, alone=alone, **parts)
 
@@ -148,21 +149,26 @@ def _data(figures, *, fps=60.0, title="", caption="", unit="cm", align=False):
         figures = [_standing(name, positions, fps) for name, positions in figures.items()]
     if not figures:
         raise ValueError("figures: found none, needed at least one")
-    placed, stage = [], None
+    placed: list[tuple[Figure, np.ndarray, float]] = []
+    turn, origin = np.eye(3), [0.0, 0.0, 0.0]
     for figure in map(_checked, figures):
-        seen = np.isfinite(figure.positions[..., 0])             # (T, J)
-        middle = _middle(figure, seen)
-        reach = _reach(figure.positions - middle, seen)
-        if stage is None or align:                               # who comes first sets the stage
-            lows = np.where(seen, figure.positions[..., 1], np.inf).min(axis=1)[seen.any(axis=1)]
+        first = align or not placed                              # who comes first sets the stage
+        if first:
+            turn = _turn(figure.positions[0])
+        positions = figure.positions @ turn
+        seen = np.isfinite(positions[..., 0])                    # (T, J)
+        centre = _centre(positions, seen)
+        reach = _reach(positions - centre, seen)
+        centre = gaussian_filter1d(centre, 0.3 * figure.fps, axis=0, mode="nearest")
+        if first:
+            lows = np.where(seen, positions[..., 1], np.inf).min(axis=1)[seen.any(axis=1)]
             floor = np.percentile(lows, 2) - 0.03 * reach        # a sole is below its joints
-            stage = [middle[0, 0, 0], floor, middle[0, 0, 2]], _turn(figure.positions[0])
-        points = (np.concatenate([figure.positions, middle], axis=1) - stage[0]) @ stage[1]
-        placed.append((figure, points, reach))
+            origin = [centre[0, 0, 0], floor, centre[0, 0, 2]]
+        placed.append((figure, np.concatenate([positions, centre], axis=1) - origin, reach))
     names = [figure.name + " " * n * (figure.name in [f.name for f, _, _ in placed[:n]])
              for n, (figure, _, _) in enumerate(placed)]         # one colour each, twins too
     return {"title": title, "caption": caption, "unit": unit,
-            "square": round_length(0.6 * max(reach for _, _, reach in placed)),
+            "square": round_length(0.7 * max(reach for _, _, reach in placed)),
             "figures": [_numbers(*one, colour)
                         for one, colour in zip(placed, colours(names).values())]}
 
@@ -177,54 +183,54 @@ def _standing(name, positions, fps):
 
 def _checked(figure):
     """The same with all that may be left out, y up, and NaN wherever a joint is not finite."""
-    def need(good, what, found, needed):
+    def _need(good, what, found, needed):
         if not good:
             raise ValueError(f"figure {figure.name!r}, {what}: found {found}, needed {needed}")
 
     positions = np.asarray(figure.positions, dtype=float)
-    need(positions.ndim == 3 and positions.shape[2] == 3 and positions.size, "positions",
-         f"shape {positions.shape}", "(frames, joints, 3), none of them 0")
+    _need(positions.ndim == 3 and positions.shape[2] == 3 and positions.size, "positions",
+          f"shape {positions.shape}", "(frames, joints, 3), none of them 0")
     frames, joints = positions.shape[:2]
     whole = np.isfinite(positions).all(axis=-1, keepdims=True)
-    need(whole.any(), "positions", "no finite joint", "at least one in one frame")
+    _need(whole.any(), "positions", "no finite joint", "at least one in one frame")
     known = joints == JOINTS
     parents = np.asarray(PARENTS if figure.parents is None and known else figure.parents)
-    need(parents.shape == (joints,) and np.all((parents >= -1) & (parents < joints)), "parents",
-         f"shape {parents.shape} for {joints} joints", "an index for each joint, -1 for none")
-    need(np.isfinite(figure.fps) and figure.fps > 0, "fps", figure.fps, "a rate above 0")
-    need(re.fullmatch("(#[0-9a-fA-F]{6})?", figure.colour), "colour", repr(figure.colour),
-         "a # and six hexadecimal digits")
-    need(figure.up in ("y", "z"), "up", repr(figure.up), "'y' or 'z'")
+    _need(parents.shape == (joints,) and np.all((parents >= -1) & (parents < joints)), "parents",
+          f"shape {parents.shape} for {joints} joints", "an index for each joint, -1 for none")
+    _need(np.isfinite(figure.fps) and figure.fps > 0, "fps", figure.fps, "a rate above 0")
+    _need(re.fullmatch("(#[0-9a-fA-F]{6})?", figure.colour), "colour", repr(figure.colour),
+          "a # and six hexadecimal digits")
+    _need(figure.up in ("y", "z"), "up", repr(figure.up), "'y' or 'z'")
     feet = list((FEET if known else ()) if figure.feet is None else map(int, figure.feet))
     planted = np.asarray(figure.planted)
     if figure.planted is None:
         planted, feet = np.zeros((frames, 0)), []
-    need(planted.shape == (frames, len(feet)) and set(feet) <= set(range(joints)),
-         "planted, feet", f"shape {planted.shape}, joints {feet}",
-         f"({frames}, feet) and a joint for each foot")
+    _need(planted.shape == (frames, len(feet)) and set(feet) <= set(range(joints)),
+          "planted, feet", f"shape {planted.shape}, joints {feet}",
+          f"({frames}, feet) and a joint for each foot")
     head = SLOT["Head"] if figure.head is None and known else figure.head
-    need(head is None or 0 <= head < joints, "head", head, f"a joint below {joints}")
+    _need(head is None or 0 <= head < joints, "head", head, f"a joint below {joints}")
     if figure.up == "z":
         positions = positions[..., [0, 2, 1]] * [1, 1, -1]
     return replace(figure, positions=np.where(whole, positions, np.nan), parents=parents,
                    planted=planted, feet=feet, head=head, up="y")
 
 
-def _middle(figure, seen):
-    """Where a camera looks that follows a figure: the mean of its joints, smoothed over time.
-    ->  (T, 1, 3)
+def _centre(positions, seen):
+    """The median of the joints that are seen, which a stray one does not move, between its
+    neighbours where none is.   ->  (T, 1, 3)
     """
-    sums = np.where(seen[..., None], figure.positions, 0.0).sum(axis=1)
     known = np.flatnonzero(seen.any(axis=1))
-    means = sums[known] / seen.sum(axis=1)[known, None]
-    every = np.stack([np.interp(np.arange(len(seen)), known, one) for one in means.T], axis=-1)
-    return gaussian_filter1d(every, 0.3 * figure.fps, axis=0, mode="nearest")[:, None]
+    medians = (np.median if seen.all() else np.nanmedian)(positions[known], axis=1)
+    return np.stack([np.interp(np.arange(len(seen)), known, one) for one in medians.T],
+                    axis=-1)[:, None]
 
 
-def _reach(from_middle, seen):
-    """How far a figure's joints are from its middle, in nearly all of its frames."""
-    far = np.where(seen, np.linalg.norm(from_middle, axis=-1), 0.0).max(axis=1)
-    return float(np.percentile(far[seen.any(axis=1)], 99)) or 1.0
+def _reach(from_centre, seen):
+    """How far from the centre all but a tenth of the joints are, in nearly all frames."""
+    far = np.linalg.norm(from_centre, axis=-1)[seen.any(axis=1)]
+    return float(np.percentile((np.percentile if seen.all() else np.nanpercentile)(
+        far, 90, axis=1), 99)) or 1.0
 
 
 def _turn(pose):

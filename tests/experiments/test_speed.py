@@ -57,7 +57,7 @@ def test_onnx_runtime_computes_the_same():
 
 def test_a_line_without_a_peer_has_no_ratio():
     work, = bench.inference(bench.Problem(np.float32), [], frames=(50,))
-    row = bench.measured(work, np.float32, 1, 0.01, 1e9)
+    row = bench.timed(work, np.float32, 1, 0.01, 1e9)
     assert row["ratio"] is row["peer"] is row["peer seconds"] is None
     assert row["seconds"] > 0 and row["direct seconds"] > 0
     assert 0 < row["relative error"] < 2e-6
@@ -76,7 +76,7 @@ def test_a_peer_is_told_its_threads_and_the_fastest_form_counts():
             return {"slow form": lambda: time.sleep(0.05), "fast form": lambda: time.sleep(0.02)}
 
     work, = bench.inference(bench.Problem(np.float32), [Peer], frames=(50,))
-    rows = [bench.measured(work, np.float32, threads, 0.01, 1e9, [Peer]) for threads in (2, None)]
+    rows = [bench.timed(work, np.float32, threads, 0.01, 1e9, [Peer]) for threads in (2, None)]
     assert Peer.told == [2, None] and all(row["peer"] == "fast form" for row in rows)
     assert all(row["ratio"] == row["seconds"] / row["peer seconds"] for row in rows)
     assert rows[0]["threads"] == 2 and "default" in rows[1]["threads"]

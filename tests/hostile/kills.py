@@ -15,6 +15,7 @@ from refimpl.styles.files import load_manifold, load_style
 from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic
 from refimpl.storage import FormatError, load_npz
+from tests.commands.terminals import OnTerminal
 
 AUTOENCODER = ["--hidden", "16", "--width", "9", "--batch", "2"]
 STYLE = ["--style", "old", "--channels", "8", "--width", "9", "--batch", "2"]
@@ -51,15 +52,10 @@ def run_and_kill(words, epochs):
     """Run a command and kill it as soon as it has told of so many epochs.
     ->  whether it was still running
     """
-    process = subprocess.Popen([sys.executable, "-m", "refimpl", *words], stdout=subprocess.DEVNULL,
-                               stderr=subprocess.PIPE, text=True, start_new_session=True)
-    with process.stderr:
-        for line in process.stderr:
-            epochs -= line.startswith("epoch ")
-            if epochs == 0:
-                os.killpg(process.pid, signal.SIGKILL)
-                break
-    return process.wait() == -signal.SIGKILL
+    training = OnTerminal(words, start_new_session=True)
+    if training.until(rf"epoch ({'|'.join(map(str, range(epochs, 1000)))})/"):
+        os.killpg(training.process.pid, signal.SIGKILL)
+    return training.end() == -signal.SIGKILL
 
 
 def corrupt_files(folder):

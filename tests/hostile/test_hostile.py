@@ -23,6 +23,7 @@ from refimpl.embedded import walkers as synthetic
 from refimpl.motion.clip import BVHError
 from refimpl.storage import FormatError, atomic_write, load_npz, save_npz
 from tests.hostile import faults, targets
+from tests.commands.terminals import OnTerminal
 from tests.hostile.fuzz import campaign, made_clips
 from tests.hostile.kills import campaign as killing, commands, prepare_folder
 
@@ -97,17 +98,11 @@ def test_ctrl_c_ends_cleanly(tmp_path):
     prepare_folder(tmp_path)
     words = commands(tmp_path, "stopped")[0]
     words[words.index("--epochs") + 1] = "100000"
-    process = subprocess.Popen([sys.executable, "-m", "refimpl", *words], stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE, text=True)
-    for line in process.stderr:
-        if line.startswith("epoch 2/"):
-            break
-    process.send_signal(signal.SIGINT)
-    rest = process.stderr.read()
-    process.stdout.close()
-    process.stderr.close()
-    assert process.wait(timeout=60) == 130
-    assert "stopped" in rest and "Traceback" not in rest
+    training = OnTerminal(words)
+    assert training.until(r"epoch [1-9]\d*/")
+    training.process.send_signal(signal.SIGINT)
+    assert training.end() == 130
+    assert "stopped" in training.seen()[-1] and "Traceback" not in training.text
     assert (tmp_path / "stopped-manifold.npz.checkpoint").exists()
 
 

@@ -1,6 +1,7 @@
 """A headless Chromium that the tests drive over its DevTools pipe, where the machine has one."""
 
 import base64
+import fcntl
 import itertools
 import json
 import os
@@ -31,17 +32,17 @@ class Browser:
     """One page in one browser; a context manager."""
 
     def __init__(self, folder):
-        to_it, self._write = os.pipe()
-        self._read, from_it = os.pipe()
-
-        def connect():                                           # it reads 3 and writes 4
-            os.dup2(to_it, 103), os.dup2(from_it, 104)
-            os.dup2(103, 3), os.dup2(104, 4)
+        near, self._write = os.pipe()
+        self._read, far = os.pipe()
+        to_it, from_it = (fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (near, far))
+        os.close(near), os.close(far)                            # 3 and 4 must be free
 
         self._process = subprocess.Popen(
-            [find(), "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe",
-             "--hide-scrollbars", f"--user-data-dir={folder}", "about:blank"], close_fds=False,
-            preexec_fn=connect, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            ["bash", "-c", f'exec "$0" "$@" 3<&{to_it} 4>&{from_it}',    # as it wants
+             find(), "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe",
+             "--hide-scrollbars", f"--user-data-dir={folder}", "about:blank"],
+            pass_fds=(to_it, from_it), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL)
         os.close(to_it), os.close(from_it)
         self._ids, self._rest, self._session = itertools.count(1), b"", None
         target = next(one for one in self.call("Target.getTargets")["targetInfos"]
@@ -139,15 +140,29 @@ window.player = (n = 0) => document.querySelectorAll(".refimpl-player")[n].shado
 window.part = (name, n = 0) => player(n).querySelector(name);
 window.said = (n = 0) => part("output", n).textContent;
 window.pressed = name => part(name).getAttribute("aria-pressed") === "true";
+window.scrub = frame => { const slide = part("input");
+  slide.value = frame, slide.oninput(), picture(0); return coloured(); };
+window.drawn = places => places.map(place =>
+  part(".scene").getContext("2d").getImageData(...place, 1, 1).data[3] > 60);
+window.has_colour = (name, places) => { const pen = part(name).getContext("2d");
+  return places.map(place => pen.getImageData(...place, 1, 1).data.slice(0, 3))
+    .map(rgb => Math.max(...rgb) - Math.min(...rgb) > 50); };
 window.coloured = (n = 0) => {
   const {width, height} = part(".scene", n), pen = part(".scene", n).getContext("2d");
-  const data = pen.getImageData(0, 0, width, height).data, found = [];
-  for (let i = 0; i < data.length; i += 4)
-    if (Math.max(...data.slice(i, i + 3)) - Math.min(...data.slice(i, i + 3)) > 50)
-      found.push([i / 4 % width, Math.floor(i / 4 / width)]);
-  const xs = found.map(p => p[0]).filter((_, k) => found[k][1] > 60);       // below the names
-  const within = (from, to) => found.filter(p => p[0] >= from * width && p[0] < to * width).length;
-  return {sum: found.length, left: Math.min(...xs), right: Math.max(...xs), 
-    in_left: within(0, 0.5), in_right: within(0.5, 1), in_middle: within(0.4, 0.6), width, height, all: found.flat().reduce((h, v) => (31 * h + v) | 0, 7)};
+  const data = pen.getImageData(0, 0, width, height).data, columns = new Array(width).fill(0);
+  let all = 7, left = width, right = 0, written = 0;             // letters of the names
+  for (let i = 0; i < 4 * 24 * width; i += 4)
+    written += data[i + 3] > 128 && data[i] + data[i + 1] + data[i + 2] < 200;
+  for (let i = 0; i < data.length; i += 4) {
+    const r = data[i], g = data[i + 1], b = data[i + 2];
+    if (Math.max(r, g, b) - Math.min(r, g, b) <= 50) continue;
+    const x = i / 4 % width;
+    columns[x]++;
+    all = (31 * all + i) | 0;
+    if (i > 4 * 60 * width) { left = Math.min(left, x); right = Math.max(right, x); }  // not names
+  }
+  const within = (from, to) => columns.slice(from * width, to * width).reduce((a, b) => a + b, 0);
+  return {sum: within(0, 1), left, right, in_left: within(0, 0.5), in_right: within(0.5, 1),
+    in_middle: within(0.4, 0.6), width, height, all, written};
 };
 """

@@ -24,7 +24,7 @@ def walker(style="normal", seconds=8.0, content="walk"):
 
 def data(text):
     """What the program in a page is started with."""
-    return json.loads(re.search(r'\{"title": .*\}(?=\);)', text)[0])
+    return json.loads(re.search(r'\{"title": .*\}(?=\)\.catch)', text)[0])
 
 
 def decoded(figure):

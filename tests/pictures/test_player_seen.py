@@ -15,6 +15,7 @@ from refimpl.motion.feet import foot_contacts
 from refimpl.pictures.player import Figure, page, show, write_player
 
 from . import browser
+from .test_player import data, decoded
 
 pytestmark = pytest.mark.skipif(browser.find() is None, reason="no Chromium is installed here "
                                 "(Debian: apt-get install chromium-headless-shell; or name one in "
@@ -65,11 +66,46 @@ def test_every_picture_shows_its_time(chromium, pair, width, dark):
     paper = chromium.evaluate("getComputedStyle(part('.player')).backgroundColor")
     assert (paper == "rgb(23, 25, 29)") == dark
     for name in ("button", "input", "select", "canvas"):         # all of it is within the page
-        assert chromium.evaluate(f"[...player().querySelectorAll('{name}')].every(e => {{ const r = "
-                                 "e.getBoundingClientRect(); return r.left >= 0 && r.right <= "
-                                 "innerWidth; })"), name
+        places = chromium.evaluate(f"[...player().querySelectorAll('{name}')].map(element => "
+                                   "element.getBoundingClientRect()).map(r => [r.left, r.right])")
+        assert all(0 <= left <= right <= width for left, right in places), name
     assert chromium.evaluate("document.documentElement.scrollWidth <= innerWidth")
     assert chromium.requests == [pair.as_uri()] and not chromium.errors
+
+
+def test_joints_way_and_floor_are_drawn_where_they_are(chromium, tmp_path):
+    """By the projection written out a second time: six reaches away, from -0.9 and 0.25 radians."""
+    text = show([Figure("content", walker("zombie"))])
+    (tmp_path / "a.html").write_text(f"<!DOCTYPE html><body>{text}</body>", encoding="utf-8")
+    shown = data(text)
+    figure, reach = shown["figures"][0], shown["figures"][0]["reach"]
+    points, _, _ = decoded(figure)
+    chromium.open(tmp_path / "a.html", still=True)
+    for frame in (0, 37, 119):
+        seen = chromium.evaluate(f"scrub({frame})")
+        w, h = seen["width"], seen["height"]
+
+        def places(world):
+            d = world - points[frame, -1]
+            ahead = d[:, 0] * np.sin(-0.9) + d[:, 2] * np.cos(-0.9)
+            near = ahead * np.cos(0.25) + d[:, 1] * np.sin(0.25)
+            scale = min(w / 1.5, h / 2.5) / reach * 6 * reach / (6 * reach - near)
+            x = w / 2 + scale * (d[:, 0] * np.cos(-0.9) - d[:, 2] * np.sin(-0.9))
+            y = 0.53 * h - scale * (d[:, 1] * np.cos(0.25) - ahead * np.sin(0.25))
+            return np.rint(np.stack([x, y], axis=-1)).astype(int)
+
+        joints = places(points[frame, :-1])
+        assert all(chromium.evaluate(f"has_colour('.scene', {joints.tolist()})"))
+        assert not any(chromium.evaluate(f"has_colour('.scene', {(joints + [220, 0]).tolist()})"))
+        around = [max(2, frame - 25), min(frame + 2, 100), min(frame + 25, 115)]
+        way = places(points[around, -1] * [1, 0, 1])
+        corners = np.round(points[frame, -1] / shown["square"]) + [[1, 0, 1], [2, 0, 1]]
+        floor = places(corners * shown["square"] * [1, 0, 1])
+        for told, thin in (("has_colour('.scene', {})", way), ("drawn({})", floor)):
+            near = (thin[:, None] + [[0, -1], [0, 0], [0, 1]]).reshape(-1, 2).tolist()
+            found = np.reshape(chromium.evaluate(told.format(near)), (-1, 3))
+            assert found.any(axis=1).all(), (frame, told)
+        assert not all(chromium.evaluate(f"drawn({(floor + [0, 6]).tolist()})"))
 
 
 def test_between_two_frames_it_interpolates(chromium, tmp_path):
@@ -77,11 +113,9 @@ def test_between_two_frames_it_interpolates(chromium, tmp_path):
     chromium.open(tmp_path / "a.html", width=800, still=True)
     widths = {}
     for frames in (10, 15):                                      # at 1 s and at 1.5 s
-        chromium.evaluate(f"slide = part('input'), slide.value = {frames}, slide.oninput(), "
-                          "picture(0)")
-        found = chromium.evaluate("coloured()")
+        found = chromium.evaluate(f"scrub({frames})")
         widths[frames] = found["right"] - found["left"]
-    chromium.evaluate("slide.value = 10, slide.oninput(), part('.play').click(), picture(0)")
+    chromium.evaluate("scrub(10), part('.play').click(), picture(0)")
     for k in range(1, 6):                                        # a quarter second, none is a frame
         chromium.evaluate(f"picture({50 * k})")
     found = chromium.evaluate("coloured()")
@@ -113,8 +147,8 @@ def test_keys(chromium, pair):
     chromium.open(pair, still=True)
     chromium.evaluate("part('.scene').focus()")
     for key, said in [("ArrowRight", "frame 1 "), ("ArrowRight", "frame 2 "),
-                      ("ArrowLeft", "frame 1 "), ("PageDown", "frame 61 "), ("End", "frame 119 "),
-                      ("PageUp", "frame 59 "), ("Home", "frame 0 "), ("ArrowLeft", "frame 0 ")]:
+                      ("ArrowLeft", "frame 1 "), ("PageUp", "frame 61 "), ("End", "frame 119 "),
+                      ("PageDown", "frame 59 "), ("Home", "frame 0 "), ("ArrowLeft", "frame 0 ")]:
         chromium.key(key)
         chromium.evaluate("picture(0)")
         assert said in chromium.evaluate("said()") + " ", key
@@ -154,7 +188,7 @@ def test_touch_turns_pinches_and_scrubs(chromium, pair):
     chromium.open(pair, width=400, still=True, touch=True)
     chromium.evaluate("picture(0)")
     before = chromium.evaluate("coloured()")
-    chromium.touch([(200, 200)], [(230, 202)], [(260, 204)])
+    chromium.touch([(200, 200)], [(230, 200)], [(260, 200)])
     chromium.evaluate("picture(0)")
     turned = chromium.evaluate("coloured()")
     assert turned["all"] != before["all"] and abs(turned["sum"] / before["sum"] - 1) < 0.4
@@ -169,8 +203,7 @@ def test_touch_turns_pinches_and_scrubs(chromium, pair):
 
 def test_overlay_onion_skin_and_standing_feet(chromium, pair, tmp_path):
     chromium.open(pair, still=True)
-    chromium.evaluate("slide = part('input'), slide.value = 60, slide.oninput(), picture(0)")
-    beside = chromium.evaluate("coloured()")
+    beside = chromium.evaluate("scrub(60)")
     assert chromium.evaluate("pressed('.beside')") and not chromium.evaluate("pressed('.onion')")
     chromium.evaluate("part('.onion').click(), picture(0)")
     onion = chromium.evaluate("coloured()")
@@ -178,12 +211,55 @@ def test_overlay_onion_skin_and_standing_feet(chromium, pair, tmp_path):
     chromium.evaluate("part('.onion').click(), part('.beside').click(), picture(0)")
     overlay = chromium.evaluate("coloured()")
     assert overlay["in_middle"] > 3 * beside["in_middle"]
-    assert chromium.evaluate("(c => !c.hidden && c.height > 20)(part('.stands'))")
-    write_player(tmp_path / "bare.html", [Figure("content", walker()), Figure("result", walker("old"))])
+    write_player(tmp_path / "bare.html", [Figure("content", walker()),
+                                          Figure("result", walker("old"))])
     chromium.open(tmp_path / "bare.html", still=True)
-    chromium.evaluate("slide = part('input'), slide.value = 60, slide.oninput(), picture(0)")
+    assert chromium.evaluate("scrub(60)")["sum"] < beside["sum"]                # no discs
     assert chromium.evaluate("part('.stands').hidden")
-    assert chromium.evaluate("coloured()")["sum"] < beside["sum"]              # no discs
+
+
+def test_the_bars_above_the_slider_tell_when_feet_stand(chromium, tmp_path):
+    planted = np.zeros((120, 4), bool)
+    planted[30:90, 2] = True
+    write_player(tmp_path / "a.html", [Figure("content", walker(), planted=planted)])
+    chromium.open(tmp_path / "a.html", still=True)
+    wide = chromium.evaluate("part('.stands').width")
+    places = [[int(wide * share), 4 * row + 1] for row in range(4) for share in (0.2, 0.5, 0.8)]
+    found = chromium.evaluate(f"has_colour('.stands', {places})")
+    assert found == [False] * 7 + [True] + [False] * 4
+
+
+def test_figures_that_are_apart_are_both_seen_in_one_view(chromium, tmp_path):
+    write_player(tmp_path / "a.html", [Figure("content", walker()),
+                                       Figure("result", walker() + [250.0, 0.0, 0.0])])
+    chromium.open(tmp_path / "a.html", width=400, still=True)
+    found = chromium.evaluate("part('.beside').click(), scrub(60)")
+    assert min(found["in_left"], found["in_right"]) > 300
+    assert found["left"] > 5 and found["right"] < found["width"] - 5
+
+
+def test_what_is_missing_and_who_has_ended_is_told(chromium, tmp_path):
+    motion = walker()
+    motion[30:60] = np.nan
+    write_player(tmp_path / "a.html", [Figure("content", motion)])
+    chromium.open(tmp_path / "a.html", still=True)
+    whole, missing = (chromium.evaluate(f"scrub({frame})") for frame in (20, 40))
+    assert missing["sum"] < 0.4 * whole["sum"] and missing["written"] > 2 * whole["written"]
+    write_player(tmp_path / "b.html", [Figure("content", motion), Figure("result", motion[:30])])
+    chromium.open(tmp_path / "b.html", still=True)
+    before, after = (chromium.evaluate(f"scrub({frame})") for frame in (20, 100))
+    assert after["written"] > 1.2 * before["written"]
+
+
+def test_words_stay_words(chromium, tmp_path):
+    words = "<b>bold</b> & <img src=x onerror='throw 1'>"
+    write_player(tmp_path / "a.html", [Figure(words, walker())], title=words, caption=words,
+                 unit=words)
+    chromium.open(tmp_path / "a.html", still=True)
+    assert chromium.evaluate("[part('h1').textContent, part('.caption').textContent, "
+                             "document.title]") == [words] * 3
+    assert chromium.evaluate("player().querySelectorAll('b, img').length") == 0
+    assert not chromium.errors and len(chromium.requests) == 1
 
 
 def test_several_in_one_page_and_in_frames_leave_each_other_alone(chromium, tmp_path):
@@ -197,6 +273,16 @@ def test_several_in_one_page_and_in_frames_leave_each_other_alone(chromium, tmp_
     chromium.evaluate("picture(0), picture(200), part('.play', 0).click(), picture(300)")
     assert [chromium.evaluate(f"said({n})")[:4] for n in range(3)] == ["0.20", "0.30", "0.30"]
     assert all(chromium.evaluate(f"coloured({n}).sum") > 500 for n in range(3))
+    assert not chromium.errors
+
+
+def test_what_was_hidden_is_drawn_when_it_is_shown(chromium, tmp_path):
+    (tmp_path / "tab.html").write_text("<!DOCTYPE html><body><div id=tab style='display: none'>"
+                                       f"{show({'a': walker()})}</div></body>", "utf-8")
+    chromium.open(tmp_path / "tab.html", clock=False)
+    chromium.evaluate("tab.style.display = 'block', new Promise(done => requestAnimationFrame("
+                      "() => requestAnimationFrame(() => setTimeout(done))))")
+    assert chromium.evaluate("coloured().sum") > 500
     assert not chromium.errors
 
 
@@ -221,8 +307,11 @@ ODD = {
     "three lengths and rates": [Figure(f"f{n}", walker(seconds=n)[::n], fps=60.0 / n)
                                 for n in (1, 2, 3)],
     "a name of HTML": [Figure("<b>bold</b></script><script>throw 1</script>", walker())],
-    "a long name": [Figure("a name that goes on and on, " * 9, walker()), Figure("🕺" * 90, walker())],
+    "a long name": [Figure("a name that goes on and on, " * 9, walker()),
+                    Figure("🕺" * 90, walker())],
     "far away": [Figure("a", walker() + 1e7)],
+    "a root left behind": [Figure("a", np.concatenate(
+        [0 * walker()[:, :1], walker() + [9e3, 0, 0]], axis=1), [-1, *range(21)])],
     "lying": [Figure("a", walker()[..., [0, 2, 1]] * [1, -1, 1])],
     "a slow rate": [Figure("a", walker()[::60], fps=0.5)],
     "a swift rate": [Figure("a", walker(), fps=1000.0)],
