@@ -280,7 +280,7 @@ def plausible(array: np.ndarray) -> bool:
     >>> plausible(np.array([1.0, -3e8])), plausible(np.array([np.nan]))
     (True, False)
     """
-    return bool((np.abs(array) <= LARGEST).all())
+    return array.dtype.kind in "fiub" and bool((np.abs(array) <= LARGEST).all())
 
 
 def _is_fact(value, kind):

@@ -74,7 +74,7 @@ def labels_from_file(paths: Iterable[Path], label_file: str | Path, folder: str 
     known |= exact
     labels: dict[Any, tuple[str, str]] = {}
     rows = read_table(label_file, "the header clip,content,style", LabelError)
-    if rows and rows[0][0] == "STYLE_NAME":
+    if rows and rows[0][:1] == ["STYLE_NAME"]:
         return _frame_cuts(rows, known, label_file, missing)
     parts = bool(rows) and rows[0] == [*LABELLED, "begin", "end"]
     if not rows or not (rows[0] == LABELLED or parts):

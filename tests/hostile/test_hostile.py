@@ -28,8 +28,9 @@ from tests.hostile.fuzz import campaign, made_clips
 from tests.hostile.kills import campaign as killing, commands, prepare_folder
 
 # Inputs of the fuzzer that once raised something else than they should: an archive whose members
-# lie before its beginning, and array headers that NumPy's reader cannot split into words.
-ONCE_WRONG = (225, 238, 78118, 147428, 155574, 159569)
+# lie before its beginning, array headers that NumPy's reader cannot split into words, letters where
+# numbers should be, and a label file that begins with an empty line.
+ONCE_WRONG = (225, 238, 3863, 4567, 78118, 147428, 155574, 159569)
 
 
 def test_a_fixed_part_of_the_fuzzing(tmp_path):
