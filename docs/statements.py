@@ -95,7 +95,7 @@ HOLDEN = Paper(
             "The transformation network",
             "T is a feed-forward convolutional network like the loss network; the paper gives no "
             "sizes.",
-            functions=("holden2017.networks.transform",), departures=("transformation network",),
+            functions=("holden2017.networks.transformation",), departures=("transformation network",),
             operations=("transform",), notebooks=("11",)),
         Statement(
             "Equation 4: content",
@@ -167,7 +167,7 @@ HOLDEN = Paper(
         Statement(
             "Manifold projection",
             "What T puts out is encoded and decoded once more, to take off its noise.",
-            functions=("holden2017.networks.project",), departures=("projection", "paths"),
+            functions=("holden2017.networks.project",), departures=("projection", "range"),
             operations=("project", "projected_numbers"), notebooks=("09", "11")),
         Statement(
             "Figure 1: the two networks",
@@ -198,8 +198,8 @@ HOLDEN = Paper(
             "Limitations: data like the input, the whole motion up front",
             "Training needs data like what will be given to the network, and the whole motion has to "
             "be known before it begins.",
-            departures=("paths",), here="`transfer` warns of a clip that is nothing like what the "
-            "style learnt on, and keeps its path; how far ahead a result looks stands among the "
+            departures=("range",), here="`transfer` tells where a clip is nothing like what the "
+            "style learnt on, and the style fades there; how far ahead a result looks stands among the "
             "[results](results.md)."),
         Statement(
             "Limitations: punching and kicking",

@@ -19,11 +19,31 @@ The rooms, from the ground floor up; imports only point downwards:
   this one. Begin with `cases`.
 - `refimpl.experiments`: what was measured, and how fast.
   `refimpl.pictures`: plots and animations.
+- `refimpl.styles`: small styles in the box, and how they were made.
 - `refimpl.exercise`: what a notebook's check cell calls.
   `refimpl.commands` and `refimpl.cli`: the command line, one file a step.
 
-    from refimpl import nn
-    from refimpl.motion import bvh
+The front door, a clip in another style (`refimpl.front`):
+
+    import refimpl
+
+    walk = refimpl.read("walk.bvh")                    # a clip (also .npy points)
+    old = refimpl.style("old")                         # one in the box, or a file
+    result = old.transform(walk, strength=1.0)         # on the clip's own skeleton, at its own rate
+    result.save("old_walk.bvh")                        # result.show() in a notebook
+
+Nothing is loaded before it is asked for: `refimpl.motion.features.encode` works after `import
+refimpl`.
 """
 
+from typing import TYPE_CHECKING
+
+from .lazy import opened
+
+if TYPE_CHECKING:
+    from .front import fit, read, style
+
 __version__ = "0.1.0"
+__all__ = ["fit", "read", "style"]
+
+__getattr__, __dir__ = opened(__name__, __all__)

@@ -14,13 +14,14 @@ from .blas import prefer
 
 prefer(os.environ)                                               # before NumPy is first imported
 
-from .commands import (bench, check, demo, evaluate, inspect, prepare, torresani,  # noqa: E402
-                       train, train_2016, transfer)
+from .commands import (bench, check, demo, evaluate, inspect, prepare, styles,  # noqa: E402
+                       torresani, train, train_2016, transfer)
 from .commands.options import InputFolder, OutputFolder, files_of  # noqa: E402
 from .commands.terminal import safe_streams  # noqa: E402
 from .storage import OutputError, check_outputs, identity, protected  # noqa: E402
 
-GROUPS = (demo, inspect, prepare, train, train_2016, transfer, evaluate, torresani, check, bench)
+GROUPS = (styles, demo, inspect, prepare, train, train_2016, transfer, evaluate, torresani, check,
+          bench)
 
 
 class Parser(argparse.ArgumentParser):

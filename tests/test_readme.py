@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from refimpl.cli import parser
+from refimpl.embedded.walkers import make_clip
+from refimpl.motion import bvh
 
 ROOT = Path(__file__).parent.parent
 PAGES = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
@@ -33,7 +35,9 @@ SNIPPETS = [pytest.param(code, id=f"{name}-{number}") for name, text in OURS.ite
 
 
 @pytest.mark.parametrize("code", SNIPPETS)
-def test_python_snippets_run(code):
+def test_python_snippets_run(code, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    bvh.write_bvh("walk.bvh", make_clip("walk", seconds=2.0, seed=1).clip)
     for library in re.findall(r"^(?:from|import) (torch|jax)\b", code, re.MULTILINE):
         pytest.importorskip(library)
     code_object = compile(code, "snippet", "exec")

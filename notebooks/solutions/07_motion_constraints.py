@@ -7,6 +7,18 @@ from refimpl.motion.features import FORWARD, SIDEWAYS, TURN, VELOCITIES
 from refimpl.motion.joints import BONES, FEET
 
 
+def my_foot_by_hand(x, z, turn, dsx, dsz):
+    return {"dx0": -dsx[0] - turn[0] * dsz[0],
+            "dx1": dsx[0] - dsx[1] - turn[1] * dsz[1],
+            "dx2": dsx[1],
+            "dz0": -dsz[0] + turn[0] * dsx[0],
+            "dz1": dsz[0] - dsz[1] + turn[1] * dsx[1],
+            "dz2": dsz[1],
+            "dturn0": z[0] * dsx[0] - x[0] * dsz[0], "dturn1": z[1] * dsx[1] - x[1] * dsz[1],
+            "dforward0": dsz[0], "dforward1": dsz[1],
+            "dsideways0": dsx[0], "dsideways1": dsx[1]}
+
+
 def my_trajectory_loss_backward(dloss, motion, wanted, turn_weight):
     worth = np.array([turn_weight, 1.0, 1.0])[:, None]                # turn, forward, sideways
     dmotion = np.zeros_like(motion)

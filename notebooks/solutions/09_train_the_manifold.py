@@ -5,6 +5,22 @@ import numpy as np
 from refimpl import nn
 
 
+def my_autoencoder_steps(dE, X, W0, b0):
+    Z = nn.conv1d(X, W0, b0)
+    Q = nn.max_pool1d(Z)
+    H = nn.relu(Q)
+    D = nn.avg_depool1d(H) - b0[:, None]
+    R = nn.conv_transpose1d(D, W0)
+    dR = 2 * (R - X) / X.size * dE
+    dD, dW_decoder, _ = nn.conv_transpose1d_backward(dR, D, W0)
+    dH = nn.avg_depool1d_backward(dD, H)
+    dQ = nn.relu_backward(dH, Q)
+    dZ = nn.max_pool1d_backward(dQ, Z)
+    dW_encoder = nn.conv1d_backward(dZ, X, W0, b0)[1]
+    return {"dR": dR, "dD": dD, "dH": dH, "dQ": dQ, "dZ": dZ, "dW_decoder": dW_decoder,
+            "dW_encoder": dW_encoder}
+
+
 def my_autoencoder_backward(dE, X, W0, b0):
     Z = nn.conv1d(X, W0, b0)
     P = nn.max_pool1d(Z)

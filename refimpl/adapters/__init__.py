@@ -3,3 +3,7 @@ somebody's functions, with gradients by the library's own differentiation.
 
 Nothing in the package imports them; who has the library does.
 """
+
+from ..lazy import opened
+
+__getattr__, __dir__ = opened(__name__)

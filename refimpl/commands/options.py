@@ -109,7 +109,40 @@ class InputFolder(InputPath):
 
 
 class OutputPath(_Path):
-    """A file that a command writes: no input and no other output may be it."""
+    """A file that a command writes: no input and no other output may be it. Its name ends as what
+    is written does (`endings`, anything unless given); a pipe or a device may have any name.
+
+    >>> OutputClip("walk.bvh")
+    'walk.bvh'
+    """
+
+    endings: tuple[str, ...] = ("",)
+
+    def __new__(cls, text: str) -> Any:
+        """Refuse a name of another kind than what is written."""
+        if text and not text.lower().endswith(cls.endings) and not is_special(text):
+            raise argparse.ArgumentTypeError(
+                f"found {text}, which does not end in {' or '.join(cls.endings)}, needed a name "
+                f"that does, since that is what is written; try {text}{cls.endings[0]}")
+        return super().__new__(cls, text)
+
+
+class OutputClip(OutputPath):
+    """A clip that a command writes, as BVH."""
+
+    endings = (".bvh",)
+
+
+class OutputPicture(OutputPath):
+    """A picture that a command writes, as PNG."""
+
+    endings = (".png",)
+
+
+class OutputPage(OutputPath):
+    """A page that a command writes."""
+
+    endings = (".html", ".htm")
 
 
 class OutputFolder(OutputPath):
@@ -143,14 +176,6 @@ def there_already(folder: str, names: list[str]) -> dict[str, str]:
     paths = {name: os.path.join(folder, name) for name in names}
     return {f"the {name} in {folder}": path for name, path in paths.items()
             if os.path.lexists(path)}
-
-
-def check_ending(path: str, ending: str) -> None:
-    """Refuse an output of another kind than its name says; a pipe or a device may have any name."""
-    if not path.lower().endswith(ending) and not is_special(path):
-        raise ValueError(
-            f"{path}: found an output that does not end in {ending}, needed one that does, since "
-            f"that is what is written; try {path}{ending}")
 
 
 def write_json(path: str | Path, content: Any) -> None:

@@ -20,7 +20,7 @@ from ..torresani2006.segment import segment
 from ..torresani2006.synthesise import (LOOKS, NEIGHBOURS, check_style, contents_of, observed_style,
                                         synthesise)
 from . import bodies, code_2016, ground, holden
-from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole,
+from .options import (InputFolder, InputPath, OutputClip, OutputFolder, there_already, whole,
                       write_json)
 from .progress import Progress, table
 
@@ -43,7 +43,7 @@ def add_commands(commands: Any) -> None:
     for effort, poles in zip(EFFORTS, POLES):
         command.add_argument(f"--{effort}", type=float, default=0.0, metavar="E",
                              help=f"{poles} (default: %(default)g)")
-    command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputPath, required=True)
+    command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputClip, required=True)
     command.add_argument("--model", choices=MODELS, default="kernel ridge",
                          help="(default: %(default)s)")
     command.add_argument("--neighbours", type=whole(2), default=NEIGHBOURS, metavar="K",

@@ -29,7 +29,7 @@ from ..holden2017.train import (AUTOENCODER_RATE, BATCH, RATE, Record, State, tr
                                 train_style)
 from ..motion.dataset import load_dataset
 from ..motion.windows import FORMS
-from .options import InputPath, OutputPath, number, whole, write_json
+from .options import InputPath, OutputPath, OutputPicture, number, whole, write_json
 from .progress import Progress, epoch_line, table
 
 
@@ -127,7 +127,7 @@ def training_options(command: argparse.ArgumentParser, epochs: int, rate: float,
     command.add_argument("--resume", action="store_true",
                          help="go on from OUTPUT.checkpoint, which every epoch leaves, if it is "
                          "there; without it such a file is kept under another name")
-    command.add_argument("--curves", metavar="FILE.png", type=OutputPath,
+    command.add_argument("--curves", metavar="FILE.png", type=OutputPicture,
                          help="draw the losses by epoch")
 
 

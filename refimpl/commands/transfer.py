@@ -8,7 +8,8 @@ import numpy as np
 
 from ..fast import networks
 from ..holden2016 import bridge, own, search
-from ..styles.files import load_manifold, load_style
+from ..styles.box import STYLES_SAID, find_style
+from ..styles.files import load_manifold
 from ..holden2017.transfer import transfer
 from ..motion.body import carries_hips, guess_unit, read_take, standing_height
 from ..motion.bvh import write_bvh
@@ -17,8 +18,8 @@ from ..motion.canonical import PARTS
 from ..motion.clip import plus_offsets
 from ..motion.joints import SLOT, MappingError
 from ..motion.part import frames_of, part_of
-from .options import (InputPath, OutputPath, add_reading, check_ending, number, parts, reading,
-                      whole, write_report)
+from .options import (InputPath, OutputClip, OutputPage, OutputPath, OutputPicture, add_reading,
+                      number, parts, reading, whole, write_report)
 from .progress import Progress
 
 DESCRIPTION = """A clip in another style, on its own skeleton, at its own rate: by a trained
@@ -37,10 +38,11 @@ _FORMS = ("own", "coded")
 def add_commands(commands: Any) -> None:
     """Add `transfer` to the subparsers of the program."""
     command = commands.add_parser("transfer", help="stylise a BVH clip", description=DESCRIPTION)
-    command.add_argument("style_file", metavar="STYLE.npz", nargs="?", type=InputPath,
-                         help="what `refimpl train-style` wrote")
+    command.add_argument("style_file", metavar="STYLE", nargs="?", type=InputPath,
+                         help=f"a style in the box ({', '.join(STYLES_SAID)}), or what `refimpl "
+                         "train-style` wrote")
     command.add_argument("clip", metavar="CLIP.bvh", nargs="?", type=InputPath, help="the content")
-    command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputPath, required=True)
+    command.add_argument("-o", "--output", metavar="OUT.bvh", type=OutputClip, required=True)
     add_reading(command)
     command.add_argument("--from", dest="begin", metavar="SECONDS", type=number(least=0),
                          default=0.0, help="write the clip from here on "
@@ -61,9 +63,9 @@ def add_commands(commands: Any) -> None:
                          help=f"change these parts alone, of {', '.join(PARTS)}")
     command.add_argument("--fps", type=number(above=0), metavar="FPS",
                          help="frames a second of the result (default: the clip's own)")
-    command.add_argument("--plot", metavar="OUT.png", type=OutputPath,
+    command.add_argument("--plot", metavar="OUT.png", type=OutputPicture,
                          help="draw content and result, a pose at a time, from the side")
-    command.add_argument("--animate", metavar="OUT.html", type=OutputPath,
+    command.add_argument("--animate", metavar="OUT.html", type=OutputPage,
                          help="a page with a player of content and result, for a browser")
     command.add_argument("--json", metavar="FILE", type=OutputPath,
                          help="write what was done as JSON")
@@ -102,7 +104,6 @@ def run(arguments: argparse.Namespace) -> None:
     """
     optimised = arguments.method == "optimise"
     content = _check_method(arguments)
-    check_ending(arguments.output, ".bvh")
     overrides, how = reading(arguments)
     if optimised:
         network = (bridge.read(arguments.network, arguments.preprocess)
@@ -111,7 +112,7 @@ def run(arguments: argparse.Namespace) -> None:
         exemplars = [_exemplar(path, overrides) for path in arguments.style]
         name = " ".join(arguments.style)
     else:
-        style = load_style(arguments.style_file)
+        style = find_style(arguments.style_file)
         name = repr(style.name)
     progress = Progress(3, "part")                               # which take about equally long
     take = read_take(content, overrides, **how)
@@ -143,7 +144,7 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.json:
         row = {"content": content, "style": name, "result": arguments.output,
                "frames": result.clip.frames, "fps": result.clip.fps, "mean path error": mean,
-               "largest path error": largest, "way": way, "unit": unit, "path kept": result.kept,
+               "largest path error": largest, "way": way, "unit": unit,
                "strangeness": None if np.isnan(result.strangeness) else result.strangeness,
                "warnings": "; ".join(result.warnings)}
         settings = {key: value for key, value in vars(arguments).items() if key != "run"}
@@ -187,7 +188,7 @@ def _check_method(arguments):
     ->  path of the content
     """
     of_network = {
-        "STYLE.npz": arguments.style_file, "CLIP.bvh": arguments.clip,
+        "STYLE": arguments.style_file, "CLIP.bvh": arguments.clip,
         "--no-projection": arguments.no_projection or None,
         "--own-pace": arguments.own_pace or None}
     of_optimise = {f"--{name}": getattr(arguments, name.replace("-", "_"))
@@ -196,10 +197,10 @@ def _check_method(arguments):
     optimised = arguments.method == "optimise"
     of_2016 = arguments.network or arguments.preprocess or arguments.form == "coded"
     model = ("--network", "--preprocess") if of_2016 else ("--manifold",)
-    needed = ("--content", "--style", *model) if optimised else ("STYLE.npz", "CLIP.bvh")
+    needed = ("--content", "--style", *model) if optimised else ("STYLE", "CLIP.bvh")
     for name, value in (of_network if optimised else of_optimise).items():
         if value is not None:
-            hint = {"STYLE.npz": "leave it out; the style is --style S.bvh",
+            hint = {"STYLE": "leave it out; the style is --style S.bvh",
                     "CLIP.bvh": "give the clip with --content"}.get(name, "leave it out")
             raise ValueError(f"transfer: found {name} with --method {arguments.method}, which has "
                              "no use for it; " + (hint if optimised else "try --method optimise"))

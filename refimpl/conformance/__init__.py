@@ -13,6 +13,7 @@ against itself.
 - `strategies`: hypothesis strategies of valid inputs (imported by name only; needs hypothesis).
 """
 
+from ..lazy import opened
 from .backend import OPERATIONS, Backend, BackendError, as_backend, load_backend, reference
 from .cases import Case, case, cases, parametrize
 from .judge import Outcome, judge, judge_all
@@ -20,3 +21,5 @@ from .judge import Outcome, judge, judge_all
 __all__ = [
     "OPERATIONS", "Backend", "BackendError", "Case", "Outcome", "as_backend", "case", "cases",
     "judge", "judge_all", "load_backend", "parametrize", "reference"]
+
+__getattr__, __dir__ = opened(__name__)

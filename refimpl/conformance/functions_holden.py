@@ -77,11 +77,11 @@ def transform(X: np.ndarray, *arrays: np.ndarray) -> np.ndarray:
     X : (N, C, T), W1 : (c1, C, K), b1 : (c1,), W2 : (c2, c1, K), b2 : (c2,), W3 : (C, c2, K),
     b3 : (C,)  ->  (N, C, T)
     """
-    return networks.transform(X, dict(zip(T_NAMES.split(), arrays)))
+    return networks.transformation(X, dict(zip(T_NAMES.split(), arrays)))
 
 
 transform_backward = spelled_out(
-    networks.transform_backward, T_NAMES,
+    networks.transformation_backward, T_NAMES,
     "dY : (N, C, T)  ->  dX (N, C, T) and a gradient for each of W1, b1, W2, b2, W3, b3")
 
 

@@ -39,7 +39,7 @@ def balanced(rng: np.random.Generator, reading: str, wished: dict[str, float], c
     deviation[TURN] *= 0.05
     mean[TURN] *= 0.01
     contacts = rng.random((clips, 4, frames)) < 0.6
-    O = networks.transform(I, dict(zip(networks.T_NAMES, arrays)))
+    O = networks.transformation(I, dict(zip(networks.T_NAMES, arrays)))
     H = networks.encode(O, {"W0": W0, "b0": b0})
 
     def _per_clip(loss):

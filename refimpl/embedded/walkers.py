@@ -14,9 +14,9 @@ import numpy as np
 
 from ..motion import rotation
 from ..motion.clip import POSITION_CHANNELS, Clip, Joint
-from ..motion.easing import ease
 from ..motion.features import FPS
 from ..motion.joints import PARENTS, SLOT, SLOTS
+from . import course
 from . import gait as legs
 # blend is part of this module's face
 from .manner import STYLES, Person, Manner, blend, person  # noqa: F401
@@ -66,14 +66,18 @@ def skeleton_joints(person: Person = Person()) -> tuple[Joint, ...]:
 
 def make_clip(content: str = "walk", style: str | Manner = "normal", person: Person = Person(),
               seconds: float = 4.0, seed: int = 0, speed: float | None = None,
-              turn: float | None = None) -> Motion:
+              turn: float | None = None, pause: tuple[float, float] | None = None,
+              gestures: float = 0.0, heading: float = 0.0) -> Motion:
     r"""A clip of somebody who walks or jogs somewhere.
 
     content : a name in CONTENTS;  style : a name in STYLES or a Manner
     seconds : length, at least one frame;  seed : the phase at the start and small irregularities
     speed : cm/s and turn : radians/s (positive: left), instead of the content's own
+    pause : from when to when, in seconds, a walker stands still; slows down before, speeds up after
+    gestures : 0 to 1, how much the arms do beside swinging, each for itself, and trunk and head
+    with them;  heading : radians, which way it goes from where it faces, pi for backwards
     ->  Motion of round(60 seconds) frames
-    Raises ValueError for a content, style, length, speed or turn that cannot be.
+    Raises ValueError for a content, style, length, speed, turn or pause that cannot be.
 
     >>> made = make_clip("jog", "old", seconds=0.5)
     >>> made.name, made.clip.frames, made.contacts.shape
@@ -94,12 +98,20 @@ def make_clip(content: str = "walk", style: str | Manner = "normal", person: Per
     turn = usual_turn if turn is None else float(turn)
     if not abs(turn) <= 3.0:
         raise ValueError(f"turn: found {turn} radians / second, needed at most 3 to either side")
-    path, start = _path(rng, frames, gait.speed, turn, cadence)
-    phase, position, yaw = (curve[start:start + frames]
-                            for curve in (path.phase, path.position, path.yaw))
-    feet, centre = _feet(phase, path, gait, worn)
-    noise = _irregularity(rng, np.arange(frames) / FPS, worn.tremor)
-    wave = _waves(phase, centre, worn.sharpness)
+    if pause and not gait.stance > 0.5:
+        raise ValueError(f"pause: found {pause} with {content}, needed a content in which both "
+                         "feet stand at times")
+    path, pace, start = course.path_over_floor(rng, frames, gait, turn, cadence, pause,
+                                               heading)
+    phase, position, yaw, pace = (curve[start:start + frames]
+                                  for curve in (path.phase, path.position, path.yaw, pace))
+    feet, centre = _feet(phase, path, gait, worn, pace)
+    time = np.arange(frames) / FPS
+    noise = course.irregularity(rng, time, worn.tremor)
+    busy = course.gesturing(np.random.default_rng([seed, 5]), time, gestures)
+    noise = {name: curve + busy.pop(name, 0.0) for name, curve in noise.items()} | busy
+    wave = {name: pace * curve for name, curve in
+            course.waves(phase, centre, worn.sharpness).items()}
     turning = np.gradient(yaw) if frames > 1 else np.zeros(1)
     bank = np.degrees(np.arctan(gait.speed * FPS * turning / GRAVITY))
 
@@ -175,51 +187,7 @@ def _styled(gait, style, person, speed):
     return styled, cadence
 
 
-def _slow(rng, time, low=0.1, high=0.5):
-    """A smooth irregular curve of standard deviation about 1 with frequencies from low to high, in
-    hertz.   (T,)  ->  (T,)
-    """
-    frequency, shift = rng.uniform(low, high, 3), rng.uniform(0.0, 1.0, 3)
-    waves = np.sin(2 * np.pi * (np.multiply.outer(time, frequency) + shift))
-    return np.sqrt(2.0 / 3.0) * waves.sum(axis=-1)
-
-
-def _path(rng, frames, speed, turn, cadence):
-    """The way over the floor and three cycles more at both ends; the turn sets in within the first
-    0.8 s.   ->  Path, its first frame
-    """
-    start = int(np.ceil(3.0 / cadence * FPS))
-    time = (np.arange(frames + 2 * start) - start) / FPS
-    wander = (0.03 if speed else 0.0) * _slow(rng, time)
-    yaw = np.cumsum(turn * ease(time / 0.8)) / FPS + wander
-    yaw = yaw - yaw[start]
-    position = np.cumsum(speed / FPS * legs.forward_of(yaw), axis=0)
-    phase = rng.uniform() + cadence * time + 0.008 * _slow(rng, time)
-    return legs.Path(phase, position - position[start], yaw), start
-
-
-def _irregularity(rng, time, tremor):
-    """Nobody is periodic: slow drifts and a tremor, in degrees.   ->  dict of (T,)"""
-    sizes = {"lean": 0.6, "tilt": 0.6, "look": 3.0, "nod": 1.5, "LeftArm": 1.5, "RightArm": 1.5,
-             "LeftElbow": 2.0, "RightElbow": 2.0}
-    return {name: size * _slow(rng, time) + tremor * _slow(rng, time, 3.0, 6.0)
-            for name, size in sizes.items()}
-
-
-def _waves(phase, centre, sharpness):
-    r"""The cosines that drive the body, each sharpened to `tanh(k cos) / tanh(k)`.
-    (T,)  ->  dict of (T,)
-
-    step : +1 when the left foot lands;  side : +1 in the middle of the left foot's stance
-    arm : step, a little later;  twice : +1 in the middle of either stance, not sharpened
-    """
-    k = 0.05 + 2.0 * max(sharpness, 0.0)
-    waves = {name: np.tanh(k * np.cos(2 * np.pi * (phase - shift))) / np.tanh(k)
-             for name, shift in (("step", 0.0), ("side", centre), ("arm", 0.03))}
-    return waves | {"twice": np.cos(4 * np.pi * (phase - centre))}
-
-
-def _feet(phase, path, gait, style):
+def _feet(phase, path, gait, style, pace):
     """Both feet, left first, and the phase in the middle of the left foot's stance.
     ->  [FootPlan, FootPlan], float
     """
@@ -232,10 +200,12 @@ def _feet(phase, path, gait, style):
         feet.append(legs.plan_foot(
             phase, path, side, start, stance, gait, width=gait.width,
             ahead=0.12 * (gait.lean + 0.5 * style.slump) + 0.05 * weak * gait.stride,
-            toe_out=np.radians(style.toe_out), strike=np.radians(gait.strike),
-            push=np.radians(gait.push) * (1.0 - 0.5 * stiff),
+            toe_out=np.radians(style.toe_out), strike=np.radians(gait.strike) * pace,
+            push=np.radians(gait.push) * (1.0 - 0.5 * stiff) * pace,
             clearance=max(0.0, gait.clearance * (1.0 - 0.5 * stiff)), around=5.0 * stiff))
         middles.append(start + 0.5 * stance)
+    if (still := pace == 0).any():                   # who pauses stands on both soles
+        feet = [replace(foot, heel=foot.heel | still, toe=foot.toe | still) for foot in feet]
     return feet, 0.5 * (middles[0] + middles[1] - 0.5)
 
 
@@ -257,6 +227,7 @@ def _trunk(rotations, yaw, gait, style, wave, bank, noise):
     side = style.tilt + bank + noise["tilt"] + style.limp * (4.0 + 8.0 * wave["side"])
     roll = 0.4 * gait.twist * wave["side"] - 5.0 * hurt
     twist, shoulders = -gait.twist * wave["step"], 0.9 * gait.twist * wave["step"]
+    shoulders = shoulders + noise.get("twist", 0.0)
     pitch = lean + 0.8 * style.slump                     # of the chest, in the world
     neck = 0.45 * pitch + 0.3 * style.slump + 0.6 * style.head
     rotations[:, SLOT["Hips"]] = _turned(np.degrees(yaw) + twist, 0.3 * lean, roll)
@@ -279,12 +250,14 @@ def _arms(rotations, gait, style, wave, noise):
     hang = 0.85 * (gait.lean + 0.8 * style.slump)
     out, inwards = 7.0 + style.arm_out, (1.0 - reach) * (8.0 + 0.25 * gait.elbow)
     for side, name in ((1, "Left"), (-1, "Right")):
-        swing = -side * gait.arm_swing * wave["arm"]
+        busy = noise.get(name + "Busy", 0.0)             # how much the arm is raised for a gesture
+        swing = -side * (1.0 - 0.7 * busy) * gait.arm_swing * wave["arm"]
+        raised = out + noise.get(name + "Out", 0.0)
         forward = ((1.0 - reach) * (2.0 + hang + style.arm_forward + swing)
                    + reach * (84.0 + 0.7 * hang + 0.3 * swing))
         elbow = (1.0 - reach) * (gait.elbow + 0.4 * (swing + gait.arm_swing)) + 10.0 * reach
         rotations[:, SLOT[name + "Arm"]] = (
-            _turned(roll=-side * (90.0 - out))
+            _turned(roll=-side * (90.0 - raised))
             @ _turned(yaw=-side * (forward + noise[name + "Arm"])) @ _turned(pitch=inwards))
         bent = np.maximum(elbow + noise[name + "Elbow"], 2.0)
         rotations[:, SLOT[name + "ForeArm"]] = _turned(yaw=-side * bent)

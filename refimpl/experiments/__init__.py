@@ -6,3 +6,7 @@
 - `speed`: how fast, compared with what.
   `peer_torch`, `peer_onnx`: the same in PyTorch and ONNX Runtime, imported by `bench` alone.
 """
+
+from ..lazy import opened
+
+__getattr__, __dir__ = opened(__name__)

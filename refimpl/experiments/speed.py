@@ -110,7 +110,7 @@ def inference(problem: Problem, peers: Sequence[Any], frames: Sequence[int] = FR
             for params in (problem.T, problem.L)]
     for count in frames:
         X = problem.motion(1, count)
-        exact = networks.project(networks.transform(X.astype(float), wide[0]), wide[1])
+        exact = networks.project(networks.transformation(X.astype(float), wide[0]), wide[1])
         calls: dict[str, Callable] = {}
         for peer in peers:
             calls |= peer.inference(problem, X)
@@ -125,7 +125,7 @@ def _stylising(problem, X):
 
 
 def _directly(problem, X):
-    return networks.project(networks.transform(X, problem.T), problem.L)
+    return networks.project(networks.transformation(X, problem.T), problem.L)
 
 
 def _calling(f, *arguments):

@@ -14,6 +14,9 @@ this room as it judges a stranger's.
 - `backend`: what the conformance kit judges.
 """
 
+from ..lazy import opened
 from .backend import BACKEND
 
 __all__ = ["BACKEND"]
+
+__getattr__, __dir__ = opened(__name__)

@@ -1,7 +1,7 @@
 """The functions of `holden2017.networks` to hand in where a program takes `networks`: encode,
-decode and its gradient, transform, project.
+decode and its gradient, transformation, project.
 
-`transform` and `project` keep the spectra of the last few networks they were called with, and
+`transformation` and `project` keep the spectra of the last few networks they were called with, and
 notice when a filter has changed.
 """
 
@@ -34,8 +34,8 @@ def decode_backward_to_input(dX: np.ndarray, H: np.ndarray, params: Params) -> n
     return nn.avg_depool1d_backward(conv1d(dX, params.get("V0", params["W0"])), H)
 
 
-def transform(X: np.ndarray, params: Params) -> np.ndarray:
-    """`holden2017.networks.transform`.   (N, 66, T)  ->  (N, 66, T)"""
+def transformation(X: np.ndarray, params: Params) -> np.ndarray:
+    """`holden2017.networks.transformation`.   (N, 66, T)  ->  (N, 66, T)"""
     return _stylist(params).transform(X)
 
 

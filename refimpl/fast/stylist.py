@@ -1,8 +1,8 @@
 r"""P(T(X)) as fast as it goes: plans with kept spectra, channel-last from end to end, the decoder
 at half resolution, long clips in blocks.
 
-`holden2017.networks.transform` and `project` are the definition; `Stylist` gives the same numbers
-(tested).
+`holden2017.networks.transformation` and `project` are the definition; `Stylist` gives the same
+numbers (tested).
 """
 
 from collections.abc import Sequence

@@ -12,9 +12,12 @@
 Nothing here knows an operation or a motion; any function of arrays can be checked.
 """
 
+from ..lazy import opened
 from .contract import check_contract
 from .errors import GradientError, UndecidedError
 from .gradient import check_direction, check_gradient, check_kink
 
 __all__ = ["GradientError", "UndecidedError", "check_contract", "check_direction", "check_gradient",
            "check_kink"]
+
+__getattr__, __dir__ = opened(__name__)

@@ -15,3 +15,7 @@ and are held to its numbers; `files`, `bridge` and `own` are this package's.
 - `own`: this package's own form of the same search, on the 66 numbers, with the style's Gram matrix
   scaled to the content's frames.
 """
+
+from ..lazy import opened
+
+__getattr__, __dir__ = opened(__name__)

@@ -10,3 +10,7 @@ of its equations.
 Definitions only: each function runs as it stands here. `refimpl.fast` gives the same numbers sooner
 and is handed in, as `gradients` to `train` and as `networks` to `pairing` and `transfer`.
 """
+
+from ..lazy import opened
+
+__getattr__, __dir__ = opened(__name__)

@@ -254,7 +254,7 @@ def init_transformation_network(rng: np.random.Generator, *, channels: int = CHA
     return params
 
 
-def transform(X: np.ndarray, params: Params) -> np.ndarray:
+def transformation(X: np.ndarray, params: Params) -> np.ndarray:
     r"""The transformation network:
 
         T(X) = relu(relu(X * W1 + b1) * W2 + b2) * W3 + b3
@@ -266,9 +266,9 @@ def transform(X: np.ndarray, params: Params) -> np.ndarray:
     return nn.conv1d(A2, params["W3"], params["b3"])
 
 
-def transform_backward(dY: np.ndarray, X: np.ndarray,
-                       params: Params) -> tuple[np.ndarray, Gradients]:
-    """The chain of `transform` walked backwards.
+def transformation_backward(dY: np.ndarray, X: np.ndarray,
+                            params: Params) -> tuple[np.ndarray, Gradients]:
+    """The chain of `transformation` walked backwards.
 
     dY : (N, 66, T), X : (N, 66, T)  ->  dX, gradients with the keys of params
     """

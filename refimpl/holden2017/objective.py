@@ -12,7 +12,7 @@ import numpy as np
 
 from . import losses
 from .networks import (HIDDEN, Found, Gradients, Params, encode, encode_backward_to_input,
-                       transform, transform_backward)
+                       transformation, transformation_backward)
 
 LEG = 80.0                                        # centimetres, for which the weights are
 
@@ -229,8 +229,8 @@ def total_loss(params: Params, batch: Batch, loss_network: Params, mean: np.ndar
 
     params : of T  ->  scalar, {term: scalar}
     """
-    found = motion_losses(transform(batch.I, params), batch, loss_network, mean, deviation, weights,
-                          terms=terms)
+    found = motion_losses(transformation(batch.I, params), batch, loss_network, mean, deviation,
+                          weights, terms=terms)
     means = {name: loss.mean() for name, loss in found.items()}
     return sum(means.values()), means
 
@@ -242,11 +242,11 @@ def total_loss_backward(dloss: Any, params: Params, batch: Batch, loss_network: 
 
     dloss : scalar  ->  gradients with the keys of params
     """
-    O = transform(batch.I, params)
+    O = transformation(batch.I, params)
     per_clip = np.full(len(O), dloss / len(O), dtype=O.real.dtype)
     dO = motion_losses_backward(per_clip, O, batch, loss_network, mean, deviation, weights,
                                 terms=terms)
-    return transform_backward(dO, batch.I, params)[1]
+    return transformation_backward(dO, batch.I, params)[1]
 
 
 def style_gradients(loss_network: Params, mean: np.ndarray, deviation: np.ndarray,

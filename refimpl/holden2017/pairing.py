@@ -154,7 +154,8 @@ def make_training_set(dataset: Dataset, manifold: Manifold, style: str, *,
         gram_targets(paired, manifold, X.shape[2], networks=networks),
         tuple(clip.content for clip, (some, _) in zip(learned, cut) for _ in some), manifold.bones,
         tuple(c.name for c in learned),
-        tuple(c.name for c in shown if c.content in found.values()), found, known(seen))
+        tuple(c.name for c in shown if c.content in found.values()), found,
+        known(seen, manifold.leg))
     return training_set, tuple(c for c in chosen if c.held_out), paired
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from ..motion.body import MARGIN, Take, seen
 from ..motion.feet import pace
 from ..motion.features import TRANSLATION, VELOCITIES, path_error, path_length
-from ..motion.stylised import ASTRAY, Stylised, onto_skeleton
+from ..motion.stylised import Stylised, onto_skeleton
 from . import networks as text
 from .trained import Manifold, Style
 
@@ -22,11 +22,11 @@ def stylise(features: np.ndarray, style: Style, *, projected: bool = True,
             networks: Any = text) -> np.ndarray:
     """P(T(I)) of features on the model's scale, or T(I) alone.   (T, 66)  ->  (T, 66)
 
-    networks : who computes `transform` and `project`, this room's definitions unless given;
+    networks : who computes `transformation` and `project`, this room's definitions unless given;
     `fast.networks` is sooner
     """
     manifold = style.manifold
-    O = networks.transform(manifold.network_input(features), style.params)
+    O = networks.transformation(manifold.network_input(features), style.params)
     return manifold.motion(networks.project(O, manifold.params) if projected else O)
 
 
@@ -45,18 +45,19 @@ def project_features(features: np.ndarray, manifold: Manifold, *,
 
 
 def transfer(take: Take, style: Style, *, projected: bool = True, clean: bool = True,
-             own_pace: bool = False, networks: Any = text, **back: Any) -> Stylised:
+             own_pace: bool = False, networks: Any = text, strength: float = 1.0,
+             **back: Any) -> Stylised:
     """Stylise a take.
 
-    clean, back (strength, only, fps) : see `onto_skeleton`;  networks : as in `stylise`
+    clean, strength, back (only, fps) : see `onto_skeleton`;  networks : as in `stylise`
     own_pace : walk the path as fast as the feet step (`feet.pace`), so that an old man's short
     steps need not become long ones
 
     The take is brought to the body that the model knows, and what changes there comes back
-    (`motion.canonical`). The root keeps the velocities of T(I), which equation 9 holds to the
-    content's; the projection would lead the path astray (see the README's deviations). Where T
-    leads it astray itself (`ASTRAY`), as with contents of other speeds than it has learnt, the
-    content's path is kept, unless `clean` is False.
+    (`motion.canonical`). The root keeps the content's velocities, to which equation 9 holds those
+    of T(I); with `clean` False those of T(I), since the projection would lead the path astray (see
+    the README's deviations). Where the clip is none that the style can know it fades
+    (`motion.known`), unless `clean` is False.
     """
     manifold = style.manifold
     there = seen(take, manifold.body)
@@ -67,10 +68,11 @@ def transfer(take: Take, style: Style, *, projected: bool = True, clean: bool = 
     content, transformed, moved = (f[MARGIN:-MARGIN] for f in (around, transformed, moved))
     astray, way = (length / manifold.leg for length in (path_error(transformed, content)[0],
                                                         path_length(content)))
-    kept = clean and astray > ASTRAY[0] * way + ASTRAY[1]
-    moved[:, VELOCITIES] = (content if kept else transformed)[:, VELOCITIES]
+    moved[:, VELOCITIES] = (content if clean else transformed)[:, VELOCITIES]
     if own_pace:
         moved[:, TRANSLATION] *= pace(moved, take.contacts)
-    strangeness = style.known.strangeness(content) if style.known else float("nan")
-    return replace(onto_skeleton(take, there, moved, clean=clean, **back),
-                   astray=astray, way=way, kept=bool(kept), strangeness=strangeness)
+    share, strange = (style.known.outside(content, manifold.leg) if style.known
+                      else (float("nan"), ""))
+    trust = style.known.trust(content, manifold.leg) if style.known and clean else 1.0
+    result = onto_skeleton(take, there, moved, clean=clean, strength=strength * trust, **back)
+    return replace(result, astray=astray, way=way, strangeness=share, strange=strange)

@@ -11,3 +11,7 @@
 - `windows`: stretches of equal length and the normaliser.
   `dataset`: a folder of clips as one file.
 """
+
+from ..lazy import opened
+
+__getattr__, __dir__ = opened(__name__)

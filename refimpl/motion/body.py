@@ -72,9 +72,9 @@ class Take:
         return (*said, *doubts(self.positions, self.features[:, TURN], self.clip.fps, self.up))
 
     @property
-    def toes(self) -> np.ndarray:
-        """At which height the left and the right toe joint rest.   ->  (2,)"""
-        return resting_heights(self.positions)[1::2]
+    def rests(self) -> np.ndarray:
+        """At which height each of `joints.FEET` rests.   ->  (4,)"""
+        return resting_heights(self.positions)
 
     @property
     def leg(self) -> float:

@@ -26,7 +26,7 @@ from .features import FLOOR, bone_lengths, leg_length
 from .ground import resting_heights
 from .joints import BONES, FEET, HEELS, JOINTS, LEGS, PARENTS, SLOT, SLOTS, TOES
 from .names import depths
-from .rotation import exp_map, log_map, shortest_rotation
+from .rotation import exp_map, shortest_rotation
 
 PELVIS = [SLOT[name] for name in ("LeftUpLeg", "RightUpLeg", "Spine")]   # carried by the hips
 CHEST = [SLOT[name] for name in ("LeftArm", "RightArm", "Neck")]         # ... by the chest
@@ -240,39 +240,20 @@ def change(before: np.ndarray, after: np.ndarray) -> Change:
     return Change(turns, after[:, 0] - before[:, 0])
 
 
-def weighed(whole: Change, strength: float = 1.0, only: Sequence[str] = ()) -> Change:
-    """A change to a power, or of some parts alone. Each slot's own turn, against that of the slot
-    above it, is taken so many times; the others follow.
+def restricted(whole: Change, only: Sequence[str]) -> Change:
+    """A change of some parts alone: each of their slots keeps its own turn, against that of the
+    slot above it, and the others follow.
 
-    strength : 0 for nothing, 1 for all of it, more for more
-    only : some of `PARTS`, all unless given
+    only : some of `PARTS`
     """
-    if strength == 1.0 and not only:
-        return whole
-    kept = {SLOT[name] for part in only or PARTS for name in PARTS[part]}
+    kept = {SLOT[name] for part in only for name in PARTS[part]}
     turns = np.empty_like(whole.turns)
     for slot, parent in enumerate(PARENTS):
         above = whole.turns[:, parent] if parent >= 0 else np.eye(3)
         new = turns[:, parent] if parent >= 0 else np.eye(3)
         own = np.swapaxes(above, -1, -2) @ whole.turns[:, slot]
-        if slot not in kept:
-            turns[:, slot] = new
-        else:
-            turns[:, slot] = new @ exp_map(strength * _followed(log_map(own)))
-    return Change(turns, whole.shift * (strength if 0 in kept else 0.0))
-
-
-def _followed(vectors):
-    """Rotation vectors without jumps from v to v - 2 pi from frame to frame.   (T, 3)"""
-    if np.linalg.norm(vectors, axis=-1).max(initial=0) < 2.0:
-        return vectors
-    out = vectors.copy()
-    for t in range(1, len(out)):
-        size = np.linalg.norm(out[t])
-        if size > 0:
-            turns = np.round((out[t - 1] @ out[t] / size - size) / (2 * np.pi))
-            out[t] *= 1 + 2 * np.pi * turns / size
-    return out
+        turns[:, slot] = new @ own if slot in kept else new
+    return Change(turns, whole.shift if 0 in kept else 0 * whole.shift)
 
 
 def applied(positions: np.ndarray, found: Change, carries: Sequence[int]) -> np.ndarray:

@@ -38,21 +38,24 @@ GENTLE, LIFT = 0.006, 0.5        # what a lifted heel weighs beside its bending;
 
 
 def lock_feet(positions: np.ndarray, contacts: np.ndarray, floor: Any = 0.0, *,
-              blend: int = BLEND) -> np.ndarray:
+              heels: Any = -np.inf, blend: int = BLEND) -> np.ndarray:
     """Lock planted feet. Every bone below the hips keeps its length in every frame; nothing else
     moves, except down with the hips. A foot out of reach even of a lowered body stops short of its
     point.
 
     positions : (T, 21, 3);  contacts : (T, 4) in the order of `joints.FEET`
-    floor : height of a resting toe joint, or of the left and of the right one;  blend : frames
+    floor, heels : height of a resting toe joint and ankle, or of the left and of the right one; no
+    foot goes below them;  blend : frames
     ->  (T, 21, 3).   Raises ValueError for wrong shapes, labels or frames.
     """
     raw = checked_positions(positions)
     contacts = checked_contacts(contacts, len(raw))
     if not isinstance(blend, (int, np.integer)) or isinstance(blend, bool) or blend < 1:
         raise ValueError(f"blend: found {blend!r}, needed a whole number of frames from 1 on")
-    feet = [foot_targets(raw[:, ankle], raw[:, toe], contacts[:, 2 * n:2 * n + 2], height, blend)
-            for n, ((_, _, ankle, toe), height) in enumerate(zip(LEGS, np.broadcast_to(floor, 2)))]
+    rests = zip(np.broadcast_to(floor, 2), np.broadcast_to(heels, 2))
+    feet = [foot_targets(raw[:, ankle], raw[:, toe], contacts[:, 2 * n:2 * n + 2], toes, blend,
+                         rest)
+            for n, ((_, _, ankle, toe), (toes, rest)) in enumerate(zip(LEGS, rests))]
     feet = [heel_lifted(raw, leg, *foot, contacts[:, 2 * n], blend)
             for n, (leg, foot) in enumerate(zip(LEGS, feet))]
     moved = raw.copy()
@@ -99,23 +102,28 @@ def two_bone(hip: np.ndarray, ankle: np.ndarray, thigh: np.ndarray | float,
 
 
 def foot_targets(ankle: np.ndarray, toe: np.ndarray, contacts: np.ndarray, floor: float,
-                 blend: int = BLEND) -> tuple[np.ndarray, np.ndarray]:
+                 blend: int = BLEND, heel: float = -np.inf) -> tuple[np.ndarray, np.ndarray]:
     """Where one foot shall be: its ankle, and the foot from ankle to toe, as long as it was.
 
-    ankle, toe : (T, 3);  contacts : (T, 2) of ankle and toe;  floor : of its toe;  blend : frames
+    ankle, toe : (T, 3);  contacts : (T, 2) of ankle and toe
+    floor, heel : at which height its toe and its ankle rest;  blend : frames
     ->  (T, 3), (T, 3)
     """
-    at_ankle, at_toe = locks(ankle, toe, contacts, floor, blend)
-    heel, tip = ~np.isnan(at_ankle[:, 0]), ~np.isnan(at_toe[:, 0])
-    firm = steadiness(heel + 2 * tip)
+    at_ankle, at_toe = locks(ankle, toe, contacts, floor, blend, heel)
+    held, tip = ~np.isnan(at_ankle[:, 0]), ~np.isnan(at_toe[:, 0])
+    firm = steadiness(held + 2 * tip)
     old = toe - ankle
     length = np.linalg.norm(old, axis=1)
-    foot = _of_length(old + smoothest(at_toe - at_ankle - old, np.where(heel & tip, firm, 0.0),
+    foot = _of_length(old + smoothest(at_toe - at_ankle - old, np.where(held & tip, firm, 0.0),
                                       blend), length)
-    goal = np.where(heel[:, None], at_ankle, at_toe - foot)      # NaN where neither is held
+    on_toe = smoothest(np.ones((len(toe), 1)), np.where(tip, firm, 0.0), blend)[:, 0]
+    down = np.clip(on_toe, 0.0, 1.0) * np.maximum(0.0, foot[:, 1] - (floor - heel))
+    foot = _of_rise(foot, foot[:, 1] - down, length)             # who stands on a toe, flat at most
+    goal = np.where(held[:, None], at_ankle, at_toe - foot)      # NaN where neither is held
     goal = ankle + smoothest(goal - ankle, firm, blend)
-    goal[:, 1] += np.maximum(0.0, floor - goal[:, 1])
-    return goal, _above(foot, floor - goal[:, 1], length)
+    lift = np.maximum(0.0, max(floor, heel) - goal[:, 1])        # about the toe
+    goal[:, 1] += lift
+    return goal, _of_rise(foot, np.maximum(foot[:, 1] - lift, floor - goal[:, 1]), length)
 
 
 def smoothest(values: np.ndarray, weight: np.ndarray, frames: float) -> np.ndarray:
@@ -182,7 +190,7 @@ def steadiness(state: np.ndarray) -> np.ndarray:
 
 
 def locks(ankle: np.ndarray, toe: np.ndarray, contacts: np.ndarray, floor: float,
-          blend: int = BLEND) -> tuple[np.ndarray, np.ndarray]:
+          blend: int = BLEND, heel: float = -np.inf) -> tuple[np.ndarray, np.ndarray]:
     """One point for each stance, NaN elsewhere: the mean of where the joint was, a toe at the
     height of the floor.
 
@@ -192,7 +200,8 @@ def locks(ankle: np.ndarray, toe: np.ndarray, contacts: np.ndarray, floor: float
     holds until there), gets the point nearest to its own mean at the foot's length from the
     other's.
 
-    ankle, toe : (T, 3);  contacts : (T, 2);  floor, blend : as in `lock_feet`   ->  (T, 3), (T, 3)
+    ankle, toe : (T, 3);  contacts : (T, 2);  floor, blend, heel : as in `foot_targets`
+    ->  (T, 3), (T, 3)
     """
     T, raw, points = len(ankle), (ankle, toe), np.full((2, len(ankle), 3), np.nan)
     length = float(np.median(np.linalg.norm(toe - ankle, axis=1)))
@@ -201,7 +210,7 @@ def locks(ankle: np.ndarray, toe: np.ndarray, contacts: np.ndarray, floor: float
             contacts[:, which], raw[which], 2 * blend, SAME_PLACE * length)):
         end = min(end + 1, T)
         point = raw[which][begin:end].mean(axis=0)
-        point[1] = floor if which else max(point[1], floor)
+        point[1] = floor if which else max(point[1], floor, heel)
         if last_which == 1 - which and begin - last_end < blend:
             other = points[last_which, last_end - 1]
             points[last_which, last_end:begin + 1] = other
@@ -270,14 +279,13 @@ def _of_length(vectors, length):
     return vectors * (length / np.where(size > 0, size, 1.0))[:, None]
 
 
-def _above(foot, least, length):
-    """The foot tilted where its tip would lie lower than `least` above the ankle, as far as it is
-    long."""
-    rise = np.clip(np.maximum(foot[:, 1], least), None, 0.999 * length)
+def _of_rise(foot, rise, length):
+    """The foot tilted so that its tip lies so high above the ankle, as far as it is long."""
+    wanted = np.clip(rise, -0.999 * length, 0.999 * length)
     level = np.linalg.norm(foot[:, [0, 2]], axis=1)
-    share = np.sqrt(np.maximum(length ** 2 - rise ** 2, 0.0)) / np.where(level > 0, level, 1.0)
-    lifted = np.stack([foot[:, 0] * share, rise, foot[:, 2] * share], axis=1)
-    return np.where((rise > foot[:, 1])[:, None], lifted, foot)
+    share = np.sqrt(np.maximum(length ** 2 - wanted ** 2, 0.0)) / np.where(level > 0, level, 1.0)
+    tilted = np.stack([foot[:, 0] * share, wanted, foot[:, 2] * share], axis=1)
+    return np.where((rise == foot[:, 1])[:, None], foot, tilted)
 
 
 def _at_distance(centre, point, length, floor):

@@ -1,75 +1,112 @@
 r"""Does a clip lie within what a style has learnt?
 
-A second of motion is told by the means and deviations of its joints in the character's frame and by
-its mean velocities. How strange a clip is: the distance of its pieces to the nearest piece that was
-learnt on, in units of how far the clips that were learnt on lie from each other. The error of P
-does not tell: P gives back much that T has never seen.
+Eleven numbers a frame tell how a body moves (`QUANTITIES`), each a mean over a quarter of a second
+on the body that the networks know, in its legs. What a style knows is the range of each over the
+clips that it learnt on. Beyond it T answers with something that it has seen: a sitter stands up. So
+a style fades where it knows too little (`Known.trust`), and says where that is (`Known.outside`).
+The error of P does not tell: P gives back much that T has never seen.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d, uniform_filter1d
 
-from .features import POSITIONS, VELOCITIES
+from .features import FLOOR, FORWARD, FPS, POSITIONS, SIDEWAYS, TURN
+from .joints import HEELS, JOINTS, SLOT
 
-PIECE, PIECE_HOP = 60, 30                               # frames: a second, every half second
-LEAST = 5                                         # clips without which there is no usual distance
-MEANS, DEVIATIONS = slice(0, 63), slice(63, 126)  # of the 63 positions
-TURNING, MOVING = slice(126, 127), slice(127, 129)
-NUMBERS = 129
-STRANGE = 1.5                                     # others' walks reach 1.3, gestures begin at 1.65
+# Name and unit of each; a speed in legs a second. And how wide a range is at least, so that a style
+# that learnt on little does not find everything strange.
+QUANTITIES = {"speed forward": "legs/s", "speed sideways": "legs/s", "turning": "degrees/s",
+              "height of the hips": "legs", "lean of the trunk": "degrees",
+              "height of a foot": "legs", "hands above the hips": "legs",
+              "feet apart": "legs", "feet apart sideways": "legs", "speed of a hand": "legs/s",
+              "twist of the shoulders": "degrees"}
+LEAST = np.array([0.3, 0.3, 20.0, 0.1, 8.0, 0.1, 0.2, 0.2, 0.15, 0.5, 10.0])
+MEAN = 15                        # frames of a mean
+STILL = 1e-4                     # legs: what moves less stands still like no body
+RARE = 0.002                     # share of the frames to either side that makes no range
+BEYOND = 0.15                    # of a range: a little beyond it is not outside
+FADES = 0.25, 0.8                # of a range beyond it: where a style begins to fade, and is gone
+FADING = 24                      # frames before it is gone, that it fades in
+STRANGE = 0.25                   # share of the frames outside of which it is told
 
 
 @dataclass(frozen=True)
 class Known:
-    """Pieces of the clips that were learnt on.
+    """The range of each of `QUANTITIES` in what was learnt on.   low, high : (11,)"""
 
-    pieces : (n, 129), each group of numbers in units of its own deviation;  scale : (129,) of the
-    groups;  usual : the distance that separates one in a hundred of the clips from all the others
+    low: np.ndarray = field(repr=False)
+    high: np.ndarray = field(repr=False)
+
+    def excess(self, features: np.ndarray, leg: float) -> np.ndarray:
+        """How far each lies beyond its range, in widths of the range.
+
+        features : (T, 66);  leg : in their unit   ->  (T, 11), 0 within
+        """
+        found = quantities(features, leg)
+        over = np.maximum(np.maximum(self.low - found, found - self.high), 0.0)
+        return over / np.maximum(self.high - self.low, LEAST)
+
+    def trust(self, features: np.ndarray, leg: float) -> np.ndarray:
+        """How much of a style each frame takes: 1 where it is known, 0 where nothing is like it.
+        ->  (T,)"""
+        over = self.excess(features, leg).max(axis=1)
+        gone = np.clip((over - FADES[0]) / (FADES[1] - FADES[0]), 0.0, 1.0)
+        ahead = maximum_filter1d(gone, 2 * FADING + 1, mode="nearest")
+        return 1.0 - gaussian_filter1d(ahead, FADING / 2, mode="nearest")
+
+    def outside(self, features: np.ndarray, leg: float) -> tuple[float, str]:
+        """The share of the frames that lie outside, and what lies farthest, in words. A clip that
+        shows no motion, or too little of one, lies outside as a whole."""
+        if len(features) < MEAN or np.ptp(features, axis=0).max() < STILL * leg:
+            return 1.0, f"{len(features) / FPS:.2g} s in which nothing can be seen to move"
+        over, found = self.excess(features, leg), quantities(features, leg)
+        worst = int(np.argmax(over.mean(axis=0)))
+        at = int(np.argmax(over[:, worst]))
+        name, unit = list(QUANTITIES.items())[worst]
+        return (float((over.max(axis=1) > BEYOND).mean()),
+                f"{name} {found[at, worst]:.3g} {unit}, learnt were {self.low[worst]:.3g} to "
+                f"{self.high[worst]:.3g}")
+
+    @property
+    def said(self) -> str:
+        """The range in a few words."""
+        low, high = (dict(zip(QUANTITIES, ends)) for ends in (self.low, self.high))
+        return ", ".join(f"{name} {low[name]:.1f} to {high[name]:.1f} {QUANTITIES[name]}"
+                         for name in ("speed forward", "height of the hips")) + "".join(
+            f", {name} up to {high[name]:.0f} {QUANTITIES[name]}"
+            for name in ("turning", "lean of the trunk"))
+
+
+def known(clips: Sequence[np.ndarray], leg: float) -> Known:
+    """What a style knows after these clips.   at least one of (T, 66);  leg : in their unit"""
+    ends = np.quantile(np.concatenate([quantities(clip, leg) for clip in clips]),
+                       (RARE, 1.0 - RARE), axis=0)
+    return Known(*ends)
+
+
+def quantities(features: np.ndarray, leg: float) -> np.ndarray:
+    """How a body moves in each frame.
+
+    features : (T, 66);  leg : in their unit   ->  (T, 11) in the units of `QUANTITIES`
+
+    >>> quantities(np.zeros((3, 66)), 80.0)[0, :4]
+    array([0., 0., 0., 0.])
     """
-
-    pieces: np.ndarray = field(repr=False)
-    scale: np.ndarray = field(repr=False)
-    usual: float
-
-    def strangeness(self, features: np.ndarray) -> float:
-        """The median over the pieces of a clip on the model's scale; 1 is as strange as what was
-        learnt on gets.   (T, 66)  ->  float"""
-        found = _to_nearest(_pieces(features) / self.scale, self.pieces)
-        return float(np.median(found)) / self.usual
-
-
-def known(clips: Sequence[np.ndarray]) -> Known | None:
-    """What a style knows after these clips.
-
-    list of (T, 66)  ->  Known, or None with fewer than `LEAST` clips
-    """
-    if len(clips) < LEAST:
-        return None
-    rows = [_pieces(clip) for clip in clips]
-    owner = np.repeat(np.arange(len(rows)), [len(r) for r in rows])
-    pieces = np.concatenate(rows)
-    deviation, scale = pieces.std(axis=0), np.empty(NUMBERS)
-    for part in (MEANS, DEVIATIONS, TURNING, MOVING):
-        scale[part] = np.sqrt(np.mean(deviation[part] ** 2)) or 1.0
-    pieces = (pieces / scale).astype(np.float32)
-    apart = [np.median(_to_nearest(pieces[owner == k], pieces[owner != k]))
-             for k in range(len(rows))]
-    return Known(pieces, scale, max(float(np.quantile(apart, 0.99)), 1e-6))
-
-
-def _pieces(features):
-    """(T, 66)  ->  (n, 129)"""
-    starts = range(0, max(1, len(features) - PIECE + 1), PIECE_HOP)
-    return np.array([_told(features[s:s + PIECE]) for s in starts])
-
-
-def _told(piece):
-    return np.concatenate([piece[:, POSITIONS].mean(axis=0), piece[:, POSITIONS].std(axis=0),
-                           piece[:, VELOCITIES].mean(axis=0)])
-
-
-def _to_nearest(these, those):
-    return cKDTree(those).query(these)[0]
+    points = features[:, POSITIONS].reshape(len(features), JOINTS, 3) / leg
+    hips, ankles = points[:, SLOT["Hips"]], points[:, list(HEELS)]
+    hands = points[:, [SLOT["LeftHand"], SLOT["RightHand"]]]
+    shoulders = points[:, SLOT["LeftArm"]] - points[:, SLOT["RightArm"]]
+    trunk, apart = points[:, SLOT["Neck"]] - hips, ankles[:, 0] - ankles[:, 1]
+    level = np.linalg.norm(trunk[:, FLOOR["y"]], axis=1)
+    steps = np.diff(hands, axis=0, prepend=hands[:1])
+    found = np.stack([
+        FPS / leg * features[:, FORWARD], FPS / leg * np.abs(features[:, SIDEWAYS]),
+        FPS * np.degrees(np.abs(features[:, TURN])), hips[:, 1],
+        np.degrees(np.arctan2(level, trunk[:, 1])), ankles[..., 1].max(axis=1),
+        hands[..., 1].max(axis=1) - hips[:, 1], np.linalg.norm(apart[:, FLOOR["y"]], axis=1),
+        np.abs(apart[:, 0]), FPS * np.linalg.norm(steps, axis=-1).max(axis=1),
+        np.degrees(np.arctan2(np.abs(shoulders[:, 2]), shoulders[:, 0]))], axis=1)
+    return uniform_filter1d(found, MEAN, axis=0, mode="nearest")

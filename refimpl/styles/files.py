@@ -12,47 +12,58 @@ from ..holden2017.objective import WEIGHED, Weights
 from ..holden2017.trained import Manifold, Style
 from ..motion.features import FEATURES, LEG_RANGE
 from ..motion.joints import BONES, JOINTS
-from ..motion.known import NUMBERS, Known
+from ..motion.known import QUANTITIES, Known
 from ..motion.windows import FORMS, Normaliser
 from ..storage import FormatError, load_npz, plausible, save_npz
 
 # since these the root's velocity is that to the next frame
-MANIFOLD_VERSION, STYLE_VERSION = 2, 3
+MANIFOLD_VERSION, STYLE_VERSION = 2, 4
 _BODY = {"mean": (FEATURES,), "deviation": (FEATURES,), "bones": (len(BONES),)}
 _FACTS = {"leg": float, "source": str, "normaliser": str, "depooling": str}
 _STYLE_LISTS = ("contents", "exemplar_contents", "learned", "exemplars")
-_STYLE_FACTS = {**_FACTS, "name": str, **dict.fromkeys(_STYLE_LISTS, list), "reading": str,
-                "usual": float}
+_STYLE_FACTS = {**_FACTS, "name": str, **dict.fromkeys(_STYLE_LISTS, list), "reading": str}
 
 
-def save_manifold(path: str | Path, manifold: Manifold) -> None:
-    """Write a Manifold, whole or not at all."""
-    save_npz(path, "manifold", MANIFOLD_VERSION, *_parts(manifold))
+def save_manifold(path: str | Path, manifold: Manifold, *, half: bool = False) -> None:
+    """Write a Manifold, whole or not at all.   half : its filters in half precision"""
+    arrays, facts = _parts(manifold)
+    arrays |= _halved(manifold.params) if half else {}
+    save_npz(path, "manifold", MANIFOLD_VERSION, arrays, facts)
 
 
 def load_manifold(path: str | Path) -> Manifold:
     """Read a Manifold.   Raises FormatError when its parts do not fit each other."""
-    return _manifold(path, *load_npz(path, "manifold", MANIFOLD_VERSION, ("W0", "b0", *_BODY),
-                                     _FACTS))
+    arrays, facts = load_npz(path, "manifold", MANIFOLD_VERSION, ("W0", "b0", *_BODY), _FACTS)
+    return _manifold(path, _widened(arrays), facts)
 
 
-def save_style(path: str | Path, style: Style) -> None:
-    """Write a Style together with its Manifold, so that one file is enough to stylise a clip."""
-    seen = style.known or Known(np.zeros((0, NUMBERS), np.float32), np.ones(NUMBERS), 1.0)
-    arrays, facts = _parts(style.manifold)
-    arrays |= {**style.params, "pieces": seen.pieces, "piece_scale": seen.scale, "weights":
-               np.array([getattr(style.weights, name) for name in WEIGHED], dtype=float)}
+def save_style(path: str | Path, style: Style, *, boxed: bool = False) -> None:
+    """Write a Style together with its Manifold, so that one file is enough to stylise a clip.
+
+    boxed : without it, and in half precision
+    """
+    arrays, facts = ({}, {}) if boxed else _parts(style.manifold)
+    ends = style.known and [style.known.low, style.known.high]
+    arrays |= {**(_halved(style.params) if boxed else style.params),
+               "range": np.reshape(ends or [], (-1, len(QUANTITIES))), "weights": np.array(
+                   [getattr(style.weights, name) for name in WEIGHED], dtype=float)}
     facts |= {"name": style.name, "contents": list(style.pairs), "exemplar_contents":
               list(style.pairs.values()), "learned": list(style.learned), "exemplars":
-              list(style.exemplars), "reading": style.weights.reading, "usual": seen.usual}
+              list(style.exemplars), "reading": style.weights.reading}
     save_npz(path, "style", STYLE_VERSION, arrays, facts)
 
 
-def load_style(path: str | Path) -> Style:
-    """Read a Style.   Raises FormatError when its parts do not fit each other."""
+def load_style(path: str | Path, boxed_with: Manifold | None = None) -> Style:
+    """Read a Style.   Raises FormatError when its parts do not fit each other.
+
+    boxed_with : the Manifold of a file that was written without one
+    """
+    whole = ("W0", "b0", *_BODY) if boxed_with is None else ()
     arrays, facts = load_npz(path, "style", STYLE_VERSION, (
-        "W0", "b0", *T_NAMES, "weights", "pieces", "piece_scale", *_BODY), _STYLE_FACTS)
-    manifold = _manifold(path, arrays, facts)
+        *whole, *T_NAMES, "weights", "range"), {
+            name: kind for name, kind in _STYLE_FACTS.items() if whole or name not in _FACTS})
+    arrays = _widened(arrays)
+    manifold = boxed_with or _manifold(path, arrays, facts)
     params = {name: arrays[name] for name in T_NAMES}
     sizes = [FEATURES, params["b1"].size, params["b2"].size, FEATURES]
     for layer in (1, 2, 3):
@@ -71,18 +82,24 @@ def load_style(path: str | Path) -> Style:
     return Style(params, manifold, facts["name"], dict(zip(contents, shown)),
                  tuple(facts["learned"]), tuple(facts["exemplars"]),
                  Weights(**dict(zip(WEIGHED, values.tolist())), reading=reading),
-                 _known(path, arrays, facts))
+                 _known(path, arrays["range"]))
 
 
-def _known(path, arrays, facts):
-    pieces, scale, usual = arrays["pieces"], arrays["piece_scale"], facts["usual"]
-    _need(path, pieces.ndim == 2 and pieces.shape[1:] == scale.shape == (NUMBERS,)
-          and pieces.dtype == np.float32 and scale.dtype == float and plausible(pieces)
-          and plausible(scale) and (scale > 0).all() and 0 < usual < np.inf,
-          f"pieces of shape {pieces.shape} with scales of shape {scale.shape}",
-          f"(n, {NUMBERS}) and ({NUMBERS},) of plausible numbers, those of what the style learnt "
-          "on")
-    return Known(pieces, scale, usual) if len(pieces) else None
+def _halved(params):
+    return {name: p.astype(np.float16) for name, p in params.items()}
+
+
+def _widened(arrays):
+    return {name: a.astype(np.float32) if a.dtype == np.float16 else a
+            for name, a in arrays.items()}
+
+
+def _known(path, ends):
+    _need(path, ends.ndim == 2 and ends.shape[1] == len(QUANTITIES) and len(ends) in (0, 2)
+          and ends.dtype == float and plausible(ends) and (np.diff(ends, axis=0) >= 0).all(),
+          f"a range of shape {ends.shape}", f"(2, {len(QUANTITIES)}) of plausible numbers, from "
+          "the least to the largest that the style learnt on")
+    return Known(*ends) if len(ends) else None
 
 
 def _parts(manifold: Manifold) -> tuple[dict[str, Any], dict[str, Any]]:

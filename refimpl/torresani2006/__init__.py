@@ -10,3 +10,7 @@
   `synthesise`: equation 12 and the joining of the pieces.
 - `database`: a folder of clips made ready.
 """
+
+from ..lazy import opened
+
+__getattr__, __dir__ = opened(__name__)

@@ -88,7 +88,7 @@ def test_a_stylist_is_the_networks(seed, clips, frames, width, block, threads):
     rng, T, L = made(seed, width=width)
     X = rng.normal(size=(clips, 66, frames))
     stylist = Stylist(T, L, block=block, threads=threads)
-    O = networks.transform(X, T)
+    O = networks.transformation(X, T)
     for _ in range(2):                                           # the second time from kept arrays
         close(stylist.transform(X), O)
         close(stylist.stylise(X), networks.project(O, L))
@@ -100,7 +100,7 @@ def test_a_stylist_in_float32_at_the_papers_sizes():
     rng, T, L = made(5, hidden=256, channels=128, width=25, dtype=np.float32)
     X = rng.normal(size=(1, 66, 240)).astype(np.float32)
     wide = [{name: p.astype(float) for name, p in params.items()} for params in (T, L)]
-    exact = networks.project(networks.transform(X.astype(float), wide[0]), wide[1])
+    exact = networks.project(networks.transformation(X.astype(float), wide[0]), wide[1])
     found = Stylist(T, L).stylise(X)
     assert (found.dtype == np.float32 and np.linalg.norm(found - exact)
             <= 2e-6 * np.linalg.norm(exact))

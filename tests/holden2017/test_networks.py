@@ -37,7 +37,7 @@ def test_shapes_of_the_paper(rng):
     T = networks.init_transformation_network(rng)
     assert ({k: v.shape for k, v in T.items() if k[0] == "W"}
             == {"W1": (128, 66, 25), "W2": (128, 128, 25), "W3": (66, 128, 25)})
-    assert networks.transform(X, T).shape == X.shape
+    assert networks.transformation(X, T).shape == X.shape
 
 
 @pytest.mark.parametrize("frames", [1, 2, 7, 10])
@@ -111,5 +111,5 @@ def test_transformation_network_gradients(rng):
     params = networks.init_transformation_network(rng, channels=3, width=3, features=4, dtype=float)
     params = {name: p + 0.1 * rng.normal(size=p.shape) for name, p in params.items()}
     names = tuple(params)
-    nn.check_gradient(*over_arrays(networks.transform, networks.transform_backward, names),
+    nn.check_gradient(*over_arrays(networks.transformation, networks.transformation_backward, names),
                       rng.normal(size=(2, 4, 6)), *params.values(), names=("X", *names))

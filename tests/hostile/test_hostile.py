@@ -169,7 +169,7 @@ def test_a_read_only_folder_is_one_line(tmp_path):
 def test_folders_where_files_are_meant(tmp_path, capsys):
     for words in (["inspect", str(tmp_path)],
                   ["train-autoencoder", str(tmp_path), "-o", str(tmp_path / "x")],
-                  ["transfer", str(tmp_path), "x", "-o", "y"],
+                  ["transfer", str(tmp_path), "x", "-o", "y.bvh"],
                   ["prepare", __file__, "-o", str(tmp_path / "x")],
                   ["prepare", str(tmp_path), "-o", str(tmp_path)]):
         assert main(words) == 2

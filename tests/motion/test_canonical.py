@@ -197,18 +197,9 @@ def test_the_rate_is_the_clips_own_or_the_one_asked_for(fps):
     assert np.median(off) < 2e-3 * take.leg
 
 
-def test_turns_are_followed_beyond_half_a_turn():
-    turns = np.linspace(0, 1.5 * np.pi, 60)
-    before = np.repeat(make_take(bodies.walker(seconds=1.0)).positions[:1], 60, axis=0)
-    spun = np.stack([p @ skeleton.rotation.axis_rotation("Y", a).T for p, a in zip(before, turns)])
-    half = canonical.weighed(canonical.change(before, spun), 0.5)
-    angle = np.unwrap(log_map(half.turns[:, 0])[:, 1])
-    np.testing.assert_allclose(angle, turns / 2, atol=1e-6)
-
-
 def test_planting_changes_legs_and_height_alone():
     take = make_take(made("CMU", dict(legs=0.8), ()))
-    planted = lock_feet(take.positions, take.contacts, take.toes)
+    planted = lock_feet(take.positions, take.contacts, take.rests[1::2])
     turns = canonical.change(take.positions, planted).turns
     still = [SLOT[s] for s in ("Hips", "Spine", "Chest", "Neck", "LeftArm", "RightHand")]
     np.testing.assert_allclose(turns[:, still], np.broadcast_to(np.eye(3), turns[:, still].shape),

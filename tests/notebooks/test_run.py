@@ -1,6 +1,7 @@
 """Run All of every notebook in a kernel of its own, as a student does: as it is stored, in its
 folder and with the embedded motion; and, where REFIMPL_MOCAP names the real clips, with them, all
-answers filled in, at the root of the repository."""
+answers filled in, at the root of the repository. At the end what the text says of the results must
+hold (`sentences`)."""
 
 import os
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 import refimpl
 
 from . import books
+from .sentences import SENTENCES
 
 nbformat = pytest.importorskip("nbformat",
                                reason="notebooks need nbformat, nbclient and ipykernel: pip "
@@ -21,6 +23,12 @@ pytest.importorskip("ipykernel",
                     reason="notebooks need nbformat, nbclient and ipykernel: pip install '.[test]'")
 pytestmark = pytest.mark.filterwarnings("default")
 
+SAID = """
+from refimpl.motion.features import FORWARD, POSITIONS, TRANSLATION, TURN, VELOCITIES
+made = {made}
+for sentence, holds in {said!r}:
+    assert eval(holds), sentence
+"""
 BOOKS = pytest.mark.parametrize("path", books.notebooks(), ids=lambda path: path.stem)
 
 
@@ -41,6 +49,8 @@ def run_all(path, folder, answered=False):
         for cell, known in zip(book.cells, books.cells(path)):
             cell.source = (books.solutions(path).read_text(encoding="utf-8") if known.exercise
                            else cell.source)
+    book.cells.append(nbformat.v4.new_code_cell(SAID.format(
+        made="REFIMPL_MOCAP" not in os.environ, said=SENTENCES.get(path.stem[:2], []))))
     nbclient.NotebookClient(book, timeout=300, kernel_name="python3",
                             resources={"metadata": {"path": str(folder)}}).execute()
     return [output for cell in book.cells if cell.cell_type == "code" for output in cell.outputs]

@@ -9,6 +9,7 @@ import sys
 import pytest
 
 from . import books
+from .sentences import SENTENCES
 
 BOOKS = pytest.mark.parametrize("path", books.notebooks(), ids=lambda path: path.stem)
 ALLOWED = {"numpy", "scipy", "matplotlib", "refimpl", "IPython"} | set(sys.stdlib_module_names)
@@ -35,7 +36,7 @@ def test_valid(path):
 @BOOKS
 def test_name_and_length(path):
     assert path.stem in books.ORDER
-    assert 15 <= len(books.cells(path)) <= 30, f"{len(books.cells(path))} cells"
+    assert 15 <= len(books.cells(path)) <= 36, f"{len(books.cells(path))} cells"
 
 
 @BOOKS
@@ -84,6 +85,58 @@ def test_links(path):
         if not target.startswith("http"):
             assert ((path.parent / target).exists() or target.removesuffix(".ipynb")
                     in set(books.ORDER) - written), target
+
+
+# Notebooks of the second edition so far: hints, words for pictures, sliders, and no result unused.
+SECOND = pytest.mark.parametrize("path", [path for path in books.notebooks() if path.stem < "10"],
+                                 ids=lambda path: path.stem)
+
+
+def test_sentences_stand_in_their_notebooks():
+    for path in books.notebooks():
+        text = " ".join("".join(cell.source for cell in books.cells(path)
+                                if cell.kind == "markdown").split())
+        for sentence, _ in SENTENCES.get(path.stem[:2], []):
+            assert " ".join(sentence.split()) in text, f"{path.stem}: {sentence}"
+
+
+@SECOND
+def test_every_result_is_used(path):
+    """The name that a check assigns is read in a later cell that is no check of its own."""
+    found = [cell for cell in books.cells(path) if cell.kind == "code"]
+    for i, cell in enumerate(found):
+        if cell.check:
+            names = {target.id for node in ast.walk(ast.parse(cell.source))
+                     if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
+                     and getattr(node.value.func, "id", "") == "attempt"
+                     for target in node.targets}
+            read = {node.id for other in found[i + 1:] if not other.exercise
+                    for node in ast.walk(ast.parse(other.source))
+                    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+            here = {node.id for node in ast.walk(ast.parse(cell.source))
+                    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+            assert names and names & (read | here), f"{cell.check}: its result is never used"
+
+
+@SECOND
+def test_two_hints_above_each_exercise(path):
+    found = books.cells(path)
+    for before, cell in zip(found, found[1:]):
+        if cell.exercise:
+            assert before.kind == "markdown", f"{cell.exercise}: no text above it"
+            for hint in ("Hint 1", "Hint 2"):
+                assert f"<details><summary>{hint}</summary>\n\n" in before.source, cell.exercise
+
+
+@SECOND
+def test_pictures_are_described_and_one_has_a_slider(path):
+    source = "\n".join(cell.source for cell in books.cells(path) if cell.kind == "code")
+    assert "plt.show()" not in source, "use plot.described(figure, words)"
+    assert len(re.findall(r"(?m)^plot\.(strip|paths|curves)\(", source)) == 0
+    assert re.search(r"(?m)^slide\(", source), "no slider"
+    for call in ast.walk(ast.parse(source)):
+        if isinstance(call, ast.Call) and getattr(call.func, "id", "") == "slide":
+            assert {"caption", "x", "y"} <= {option.arg for option in call.keywords}
 
 
 def test_all_are_there():

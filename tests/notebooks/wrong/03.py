@@ -104,3 +104,29 @@ def my_conv_transpose1d__larger_half_left(h, w, b):
 
 def my_conv_transpose1d__bias_before_the_filters(h, w, b):
     return _dx(h + b[0], h, w)
+
+
+def _by_hand(dy, x, w):
+    padded = np.pad(dy, 1)
+    return {"db": dy.sum(), "dw0": dy[1:] @ x[:3], "dw1": dy @ x, "dw2": dy[:3] @ x[1:],
+            **{f"dx{s}": padded[s:s + 3] @ w[::-1] for s in range(4)}}
+
+
+def my_by_hand__not_reversed(dy, x, w):
+    padded = np.pad(dy, 1)
+    return _by_hand(dy, x, w) | {f"dx{s}": padded[s:s + 3] @ w for s in range(4)}
+
+
+def my_by_hand__the_edge_wraps_round(dy, x, w):
+    return _by_hand(dy, x, w) | {"dx0": dy[0] * w[1] + dy[1] * w[0] + dy[3] * w[2]}
+
+
+def my_by_hand__filters_exchanged(dy, x, w):
+    found = _by_hand(dy, x, w)
+    return found | {"dw0": found["dw2"], "dw2": found["dw0"]}
+
+
+def my_by_hand__one_is_missing(dy, x, w):
+    found = _by_hand(dy, x, w)
+    del found["dx3"]
+    return found

@@ -151,3 +151,23 @@ def my_foot_loss_backward__two_forgotten(dloss, motion, contacts, target):
 
 def my_foot_loss_backward__target_forgotten(dloss, motion, contacts, target):
     return _feet(dloss, motion, contacts, target, own_target=False)
+
+
+def _foot_by_hand(x, z, turn, dsx, dsz):
+    return {"dx0": -dsx[0] - turn[0] * dsz[0], "dx1": dsx[0] - dsx[1] - turn[1] * dsz[1],
+            "dx2": dsx[1], "dz0": -dsz[0] + turn[0] * dsx[0],
+            "dz1": dsz[0] - dsz[1] + turn[1] * dsx[1], "dz2": dsz[1],
+            "dturn0": z[0] * dsx[0] - x[0] * dsz[0], "dturn1": z[1] * dsx[1] - x[1] * dsz[1],
+            "dforward0": dsz[0], "dforward1": dsz[1], "dsideways0": dsx[0], "dsideways1": dsx[1]}
+
+
+def my_foot_by_hand__turning_forgotten(x, z, turn, dsx, dsz):
+    return _foot_by_hand(x, z, turn, dsx, dsz) | {"dx1": dsx[0] - dsx[1]}
+
+
+def my_foot_by_hand__sign_of_the_turning(x, z, turn, dsx, dsz):
+    return _foot_by_hand(x, z, -turn, dsx, dsz)
+
+
+def my_foot_by_hand__forward_for_sideways(x, z, turn, dsx, dsz):
+    return _foot_by_hand(x, z, turn, dsx, dsz) | {"dforward0": dsx[0], "dsideways0": dsz[0]}

@@ -122,3 +122,33 @@ def my_random_depool_backward__the_other_frame(dx, h, chosen):
 
 def my_random_depool_backward__half(dx, h, chosen):
     return nn.random_depool1d_backward(dx, h, chosen) / 2
+
+
+def _steps(dE, X, W0, b0, mask=True, share=0.5, count=None):
+    Z = nn.conv1d(X, W0, b0)
+    Q = nn.max_pool1d(Z)
+    H = nn.relu(Q)
+    D = nn.avg_depool1d(H) - b0[:, None]
+    dR = 2 * (nn.conv_transpose1d(D, W0) - X) / (count or X.size) * dE
+    dD, dW_decoder, _ = nn.conv_transpose1d_backward(dR, D, W0)
+    dH = nn.avg_depool1d_backward(dD, H) * (2 * share)
+    dQ = nn.relu_backward(dH, Q) if mask else dH
+    dZ = nn.max_pool1d_backward(dQ, Z)
+    return {"dR": dR, "dD": dD, "dH": dH, "dQ": dQ, "dZ": dZ, "dW_decoder": dW_decoder,
+            "dW_encoder": nn.conv1d_backward(dZ, X, W0, b0)[1]}
+
+
+def my_autoencoder_steps__no_mask(dE, X, W0, b0):
+    return _steps(dE, X, W0, b0, mask=False)
+
+
+def my_autoencoder_steps__depooling_without_its_half(dE, X, W0, b0):
+    return _steps(dE, X, W0, b0, share=1.0)
+
+
+def my_autoencoder_steps__mean_over_clips_alone(dE, X, W0, b0):
+    return _steps(dE, X, W0, b0, count=len(X))
+
+
+def my_autoencoder_steps__upstream_ignored(dE, X, W0, b0):
+    return _steps(1.0, X, W0, b0)

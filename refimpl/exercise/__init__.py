@@ -1,0 +1,15 @@
+"""What the check cell of a notebook calls: your function is judged element by element, told where
+it is wrong and what kind of mistake that looks like, or, as long as it is not written, replaced.
+
+| module | question |
+| --- | --- |
+| `trial` | is the answer right, and which function does the notebook go on with? |
+| `answers` | what was handed back, and is it the right thing? |
+| `mistakes` | which mistake would give just these numbers? |
+| `rivals` | what do common mistakes make of an answer, and of what is asked? |
+| `behaviour` | where is it wrong, what does it listen to, what has it lost? |
+"""
+
+from .trial import attempt, gradient_by_steps as slopes
+
+__all__ = ["attempt", "slopes"]
