@@ -15,6 +15,7 @@ import json
 import math
 import os
 from pathlib import Path
+import secrets
 import stat
 import sys
 import tempfile
@@ -118,7 +119,7 @@ def _target(path):
         raise FileNotFoundError(f"{path} is a link that leads round in a circle")
     if not target.parent.is_dir():
         raise FileNotFoundError(f"{folder} does not exist; make it first")
-    if target.exists() and not os.access(target, os.W_OK):
+    if target.exists() and not (os.access(target, os.W_OK) and target.stat().st_mode & 0o222):
         raise PermissionError(f"{path} may only be read; name another file to write")
     if not os.access(target.parent, os.W_OK | os.X_OK):
         raise PermissionError(f"{folder} may not be written to")
@@ -157,37 +158,30 @@ def atomic_write(path: str | Path, mode: str = "w") -> Iterator[IO]:
         raise OutputError(f"{path}: found an input of this command where an output would stand, "
                           "needed another name for the output; nothing was written there")
     with _named(path):
-        handle, temporary = tempfile.mkstemp(".part", f".{target.name[:40]}.", target.parent)
+        # its name is known before it is there, so that a signal at any moment leaves none behind
+        temporary = target.parent / f".{target.name[:40]}.{secrets.token_hex(8)}.part"
         try:
-            with os.fdopen(handle, mode, **text) as file:
+            with open(temporary, mode.replace("w", "x"), **text) as file:
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
-            os.umask(mask := os.umask(0))                    # it cannot be read without being set
-            usual = 0o666 & ~mask
-            os.chmod(temporary, stat.S_IMODE(target.stat().st_mode) if target.exists() else usual)
+            if target.exists():
+                os.chmod(temporary, stat.S_IMODE(target.stat().st_mode))
             os.replace(temporary, target)
         except BaseException:
             with contextlib.suppress(OSError):
                 os.unlink(temporary)
             raise
-
-
-def set_aside(path: str | Path) -> Path | None:
-    """Give a file the first free name of PATH.1, PATH.2 ... and return it; None without a file."""
-    path, number = Path(path), 1
-    if not os.path.lexists(path):
-        return None
-    while os.path.lexists(f"{path}.{number}"):
-        number += 1
-    return path.rename(f"{path}.{number}")
+    with contextlib.suppress(OSError), contextlib.ExitStack() as stack:  # not all folders can be
+        stack.callback(os.close, handle := os.open(target.parent, os.O_RDONLY))
+        os.fsync(handle)
 
 
 def read_table(path: str | Path, layout: str, refusal: type[ValueError]) -> list[list[str]]:
     """A small CSV file as lists of stripped cells, one a line.   Raises `refusal`, OSError."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            return [[cell.strip() for cell in row] for row in csv.reader(file)]
+            return [[cell.strip() for cell in row] for row in csv.reader(file, strict=True)]
     except (UnicodeDecodeError, csv.Error) as error:
         raise refusal(f"{path}: found {error}, needed UTF-8 text with {layout}") from None
 
@@ -205,10 +199,11 @@ def save_npz(path: str | Path, format_name: str, version: int, arrays: Mapping[s
     """
     header = json.dumps({"format": format_name, "version": version, "facts": facts}, sort_keys=True)
     members: Any = {name: np.asarray(array, order="C") for name, array in arrays.items()}
-    archive = io.BytesIO()                                   # a pipe cannot be gone back in
-    np.savez(archive, header=np.array(header), **members)
     with atomic_write(path, "wb") as file:
-        file.write(archive.getbuffer())
+        archive = io.BytesIO() if is_special(path) else file     # a pipe cannot be gone back in
+        np.savez(archive, header=np.array(header), **members)
+        if isinstance(archive, io.BytesIO):
+            file.write(archive.getbuffer())
 
 
 def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[str],
@@ -285,7 +280,7 @@ def plausible(array: np.ndarray) -> bool:
     >>> plausible(np.array([1.0, -3e8])), plausible(np.array([np.nan]))
     (True, False)
     """
-    return bool((np.abs(array) <= LARGEST).all())
+    return array.dtype.kind in "fiub" and bool((np.abs(array) <= LARGEST).all())
 
 
 def _is_fact(value, kind):

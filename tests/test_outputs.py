@@ -16,7 +16,7 @@ from refimpl.cli import main
 from refimpl.commands import checkpoint
 from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic
-from refimpl.storage import OutputError, atomic_write, check_outputs, protected, save_npz, set_aside
+from refimpl.storage import OutputError, atomic_write, check_outputs, protected, save_npz
 
 from .commands.terminals import OnTerminal
 
@@ -98,6 +98,16 @@ def test_one_file_for_two_things_is_refused_before_any_work(words, here, capsys)
     assert contents(here) == before
 
 
+def test_every_output_of_a_command_on_every_kind_of_target(made):
+    """All commands on all kinds: `python -m tests.hostile.targets`."""
+    from tests.hostile import targets
+    for name in ("c.bvh", "known"):
+        (made / name).write_bytes((made / "clips" / "walk_normal_1.bvh").read_bytes())
+    some = targets.campaign(made, ["inspect", "prepare"], (*targets.REFUSED, *targets.WRITTEN))
+    some += targets.campaign(made, ["transfer", "train-style", "train-2016"], targets.REFUSED)
+    assert len(some) > 120 and not [row for row in some if row[3]]
+
+
 def test_a_folder_written_into_may_not_overwrite_what_is_read(here, capsys):
     """`--out` writes files of fixed names; one of them may be an input under that name."""
     os.rename("motions.npz", "report.json")
@@ -142,7 +152,6 @@ def test_a_full_disk_is_one_line_with_the_files_name(here, capsys):
     assert capsys.readouterr().err == "refimpl: error: /dev/full: No space left on device\n"
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write to a file of mode 444")
 def test_a_file_that_may_only_be_read_is_not_replaced(tmp_path):
     path = tmp_path / "a"
     path.write_text("data")
@@ -198,7 +207,7 @@ def test_a_checkpoint_is_set_aside_not_lost(here, monkeypatch, capsys):
     monkeypatch.chdir(here)
     assert train() == 0
     assert (here / "a.npz.checkpoint.2").read_bytes() == first
-    assert set_aside("not there") is None
+    assert checkpoint.set_aside("not there") is None
 
 
 def test_a_resume_on_another_processor_goes_on_and_says_so(here, monkeypatch, capsys):

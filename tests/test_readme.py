@@ -156,3 +156,10 @@ def test_each_equation_table_and_figure_has_its_place(name, equations, others):
                                     + list(others))
     assert name in "".join(f"docs/{t}" if t in ("holden2017.md", "torresani2006.md") else t
                            for t in re.findall(r"\]\(([^)]+)\)", PAGES["README.md"]))
+
+
+def test_the_package_page_leads_nowhere_that_is_not_there():
+    """It is shown beside no other file: neither pictures nor links of the repository."""
+    page = (ROOT / "PACKAGE.md").read_text(encoding="utf-8")
+    assert not re.findall(r"\]\((?!https?://)", page) and "<img" not in page
+    assert "long_description = file: PACKAGE.md" in (ROOT / "setup.cfg").read_text()

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import hashlib
 import json
 import math
+import os
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +102,16 @@ def load_checkpoint(path: str | Path, run: Run, like: Mapping[str, np.ndarray],
     params, m, v = ({name: arrays[f"{kind} {name}"] for name in like} for kind in "pmv")
     return (State(params, {"t": facts["steps"], "m": m, "v": v}, facts["epoch"]), records,
             facts["bits"] == run.bits)
+
+
+def set_aside(path: str | Path) -> Path | None:
+    """Give a file the first free name of PATH.1, PATH.2 ... and return it; None without a file."""
+    path, number = Path(path), 1
+    if not os.path.lexists(path):
+        return None
+    while os.path.lexists(f"{path}.{number}"):
+        number += 1
+    return path.rename(f"{path}.{number}")
 
 
 def _near(found, needed):

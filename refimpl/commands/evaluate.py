@@ -118,11 +118,16 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _check(styles, dataset, arguments):
-    first = styles[0].manifold.params
+    def _known_by(manifold):
+        return [*manifold.params.values(), manifold.normaliser.mean, manifold.normaliser.deviation,
+                manifold.leg, manifold.bones]
+
+    first = _known_by(styles[0].manifold)
     for path, style in zip(arguments.styles, styles):
-        if any(not np.array_equal(style.manifold.params[k], first[k]) for k in first):
-            raise evaluate.EvaluationError(f"{path}: found another loss network than in "
-                                           f"{arguments.styles[0]}, needed the same for all")
+        if not all(map(np.array_equal, _known_by(style.manifold), first)):
+            raise evaluate.EvaluationError(
+                f"{path}: found another loss network or normaliser than in {arguments.styles[0]}, "
+                "needed the same for all")
     if len({style.name for style in styles}) < len(styles):
         raise evaluate.EvaluationError(
             f"found styles {', '.join(s.name for s in styles)}, needed each style once")

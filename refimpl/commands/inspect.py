@@ -5,6 +5,7 @@ mapping file to complete, all the same.
 """
 
 import argparse
+import sys
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from ..motion.points import is_points
 from ..storage import atomic_write
 from .options import InputPath, OutputPath, add_reading, reading, write_report
 
-DEEPEST = 40                                                     # levels of indentation shown
+DEEPEST, MOST_JOINTS = 40, 1000                  # levels of indentation, joints shown
 
 
 def add_commands(commands: Any) -> None:
@@ -49,6 +50,8 @@ def run(arguments: argparse.Namespace) -> None:
     take = make_take(clip, overrides, arguments.clip)
     facts = _facts(clip, take)
     print("\n".join(_lines(clip, arguments.clip, _feeds(mapping), _body(take, mapping, facts))))
+    for doubt in take.doubts:
+        print(f"refimpl: warning: {arguments.clip}: {doubt}", file=sys.stderr)
     rows = [{"slot": slot, "joint": clip.joints[int(joint)].name, "made up": bool(tip.any()),
              "how": how}
             for slot, joint, tip, how in zip(SLOTS, mapping.joints, mapping.tips, mapping.how)]
@@ -72,7 +75,7 @@ def _facts(clip, take):
     steps = sum(begin > 0 for foot in (take.contacts[:, :2], take.contacts[:, 2:])
                 for begin, _ in stretches(foot.any(axis=1)))
     return {"joints": len(clip.joints), "frames": clip.frames, "fps": clip.fps,
-            "height": float(height), "up": "y" if np.allclose(take.upright, np.eye(3)) else "z",
+            "height": float(height), "up": take.up,
             "unit": guess_unit(height),
             "speed, m/s": path_length(take.features) * metres(height) / seconds,
             "steps a minute": 60 * steps / seconds}
@@ -97,8 +100,9 @@ def _lines(clip, name, feeds, note):
     shown = [f"{'  ' * d}{joint.name[:60]}" for d, joint in zip(depth, clip.joints)]
     width = max(map(len, shown)) + 2
     lines += note + ["", f"{'joint':{width}}{'channels':14}feeds"]
-    return lines + [f"{words:{width}}{_channels(joint):14}{', '.join(feeds.get(j, ['-']))}"
-                    for j, (words, joint) in enumerate(zip(shown, clip.joints))]
+    lines += [f"{words:{width}}{_channels(joint):14}{', '.join(feeds.get(j, ['-']))}"
+              for j, (words, joint) in enumerate(zip(shown[:MOST_JOINTS], clip.joints))]
+    return lines + [f"and {len(shown) - MOST_JOINTS} more"][:len(shown) > MOST_JOINTS]
 
 
 def _body(take, mapping, facts):

@@ -181,8 +181,7 @@ def there_already(folder: str, names: list[str]) -> dict[str, str]:
 def write_json(path: str | Path, content: Any) -> None:
     """Write a value as JSON text, one item a line, whole or not at all."""
     with atomic_write(path) as file:
-        json.dump(content, file, indent=1)
-        file.write("\n")
+        file.write(json.dumps(content, indent=1) + "\n")
 
 
 def write_report(path: str, command: str, settings: dict[str, Any], rows: list[dict],

@@ -2,17 +2,18 @@
 
 import argparse
 from pathlib import Path
-import re
+import sys
 from typing import Any
 
-from ..motion.dataset import (HELD_OUT, PATTERN, Dataset, find_clips, labels_by_pattern,
-                              labels_from_file, prepare, save_dataset)
+from ..motion.dataset import (HELD_OUT, PATTERN, Dataset, LabelError, expression, find_clips,
+                              labels_by_pattern, labels_from_file, prepare, save_dataset)
 from ..motion.features import FPS
 from ..motion.joints import read_mapping
-from .options import (InputFolder, InputPath, OutputPath, add_reading, number, pattern, reading,
-                      whole)
+from .options import InputFolder, InputPath, OutputPath, add_reading, number, reading, whole
 from .progress import Progress, table
 from .workers import workers
+
+MOST = 20                                                        # warnings shown
 
 
 def add_commands(commands: Any) -> None:
@@ -43,27 +44,38 @@ def add_commands(commands: Any) -> None:
                               "rounded down (default: %(default)s)")
     command.add_argument("--processes", type=whole(1, 256), default=1, metavar="N",
                          help="read clips in so many processes (default: %(default)s)")
-    command.set_defaults(run=run)
+    command.set_defaults(run=run, also_reads=lambda arguments: {
+        f"--mapping-for {regex}": path for regex, path in arguments.mapping_for})
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Read the clips, write the data set and print what is in it."""
     general, how = reading(arguments)
-    special = [(re.compile(pattern(regex)), read_mapping(path))
-               for regex, path in arguments.mapping_for]
+    special = [(expression(regex), read_mapping(path)) for regex, path in arguments.mapping_for]
     folder = Path(arguments.folder)
     paths = find_clips(folder)
-    labels = (labels_from_file(paths, arguments.labels, folder) if arguments.labels
+    idle = [regex.pattern for regex, _ in special
+            if not any(regex.search(path.as_posix()) for path in paths)]
+    if idle:
+        raise LabelError(f"--mapping-for: found {idle[0]!r} in the path of no clip, needed an "
+                         "expression that fits some")
+    missing: list[str] = []
+    labels = (labels_from_file(paths, arguments.labels, folder, missing.append) if arguments.labels
               else labels_by_pattern(paths, arguments.pattern))
-    _say_labels(labels, arguments.labels)
-    progress, bad = Progress(len(labels), "clip"), []
+    if missing:
+        print(f"in the table and not in {folder}, {len(missing)}: {_few(missing)}")
+    _say_labels(labels, arguments.labels, paths)
+    progress, bad, odd = Progress(len(labels), "clip"), [], []
     with workers(arguments.processes) as executor:
         dataset = prepare(
             folder, labels, fraction=arguments.hold_out, report=lambda path: progress.step(
                 path.name), executor=executor, overrides=lambda path: next(
                     (own for regex, own in special if regex.search(path.as_posix())), general),
-            skip=(lambda path, why: bad.append(str(why))) if arguments.skip_bad else None, **how)
+            skip=(lambda path, why: bad.append(str(why))) if arguments.skip_bad else None,
+            doubt=lambda path, why: odd.append(f"{path}: {why}"), **how)
     save_dataset(arguments.output, dataset)
+    for line in [*odd[:MOST], *[f"{len(odd) - MOST} more such lines"][:len(odd) > MOST]]:
+        print(f"refimpl: warning: {line}", file=sys.stderr)
     print("\n".join(clips_by_style(dataset)))
     print(f"{arguments.output}: {len(dataset.clips)} of {len(paths)} clips, "
           f"{sum(c.held_out for c in dataset.clips)} kept out of training")
@@ -71,11 +83,13 @@ def run(arguments: argparse.Namespace) -> None:
         print("\n".join([f"left out, {len(bad)}:", *(f"  {why}" for why in bad)]))
 
 
-def _say_labels(labels, table_file):
-    """Where the labels came from, and what they are."""
+def _say_labels(labels, table_file, paths):
+    """Where the labels came from, what they are, and which clips have none."""
     contents, styles = (sorted({both[n] for both in labels.values()}) for n in (0, 1))
     print(f"from {'the table' if table_file else 'the names'}: content {_few(contents)}; style "
           f"{_few(styles)}")
+    if without := sorted(set(map(str, paths)) - {str(getattr(key, "path", key)) for key in labels}):
+        print(f"without a label, left out, {len(without)}: {_few(without)}")
 
 
 def _few(words, most=8):

@@ -18,7 +18,7 @@ from ..fast.gradients import style_gradients
 from ..fast.shards import sharded
 from ..holden2016 import bridge
 from ..experiments.measures import held_out_distances
-from .checkpoint import Run, fingerprint, load_checkpoint, save_checkpoint
+from .checkpoint import Run, fingerprint, load_checkpoint, save_checkpoint, set_aside
 from ..holden2017.pairing import make_training_set
 from ..motion.windows import clean_windows
 from ..holden2017.networks import DEPOOLING, init_loss_network, init_transformation_network
@@ -29,7 +29,6 @@ from ..holden2017.train import (AUTOENCODER_RATE, BATCH, RATE, Record, State, tr
                                 train_style)
 from ..motion.dataset import load_dataset
 from ..motion.windows import FORMS
-from ..storage import set_aside
 from .options import InputPath, OutputPath, OutputPicture, number, whole, write_json
 from .progress import Progress, epoch_line, table
 

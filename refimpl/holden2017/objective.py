@@ -71,7 +71,8 @@ class Batch:
     I : (N, 66, T) normalised input;  gram : (N, m, m), the style's Gram matrices;
     contacts : (N, 4, T); bones : (20,);  trajectory : (N, 3, T) denormalised velocities of the
     input;  hidden : L(I) (N, m, T // 2), and motion : I in lengths and radians (N, 66, T), both
-    computed where they are not given;  foot_velocity : r' of equation 7
+    computed where they are not given;  foot_velocity : r' of equation 7;  rows : the windows'
+    numbers in the training set
     """
 
     I: np.ndarray
@@ -82,13 +83,14 @@ class Batch:
     hidden: np.ndarray | None = None
     motion: np.ndarray | None = None
     foot_velocity: Any = 0.0
+    rows: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.I)
 
     def part(self, rows: Any) -> "Batch":
         """Some of the windows; what all share stays."""
-        of_each = ["I", "gram", "contacts", "trajectory", "hidden", "motion"]
+        of_each = ["I", "gram", "contacts", "trajectory", "hidden", "motion", "rows"]
         if np.ndim(self.foot_velocity) == 4 and len(self.foot_velocity) == len(self):
             of_each.append("foot_velocity")
         return replace(self, **{name: getattr(self, name)[rows] for name in of_each

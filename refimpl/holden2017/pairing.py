@@ -60,7 +60,8 @@ class TrainingSet:
     def batch(self, indices: np.ndarray) -> Batch:
         """Some windows with all that their result is compared with."""
         return Batch(self.X[indices], np.stack([self.grams[self.contents[i]] for i in indices]),
-                     self.contacts[indices], self.bones, self.trajectory[indices])
+                     self.contacts[indices], self.bones, self.trajectory[indices],
+                     rows=np.asarray(indices))
 
 
 def gram_targets(exemplars: Exemplars, manifold: Manifold, frames: int, *,

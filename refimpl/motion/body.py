@@ -13,18 +13,22 @@ from ..storage import plausible
 from . import bvh
 from .canonical import Physique, to_body
 from .clip import Clip, plus_offsets
+from .doubts import doubts
 from .extend import extended
-from .features import FLOOR, FPS, LEG_RANGE, Start, encode, leg_length, root_motion, scale
+from .features import (AT_A_TIME, FLOOR, FPS, LEG_RANGE, TURN, Start, encode, leg_length,
+                       root_motion, scale)
 from .ground import planted_feet, resting_heights
-from .joints import BONES, HEELS, SLOT, Mapping
+from .joints import BONES, HEELS, JOINTS, SLOT, Mapping
 from .mapping import map_clip
 from .points import is_points, read_points
 from .skeleton import carrier, forward_kinematics, local_pose, resample
 from .strays import Strays, bridged, find_strays
 
+ROUNDED_AWAY = 1e9   # degrees of an angle whose last digits are coarser than a ten-millionth
 MARGIN = 48          # frames beyond both ends: the networks see 36 + 13 to each side of a frame
-# Turns a z-up world into a y-up one: (x, y, z) -> (x, z, -y).
-_Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
+# What turns a world of which this axis is up into a y-up one, as (x, y, z) -> (x, z, -y) for z.
+_UPRIGHT = {"y": np.eye(3), "z": np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]]),
+            "-y": np.diag([1.0, -1, -1]), "-z": np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])}
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,6 @@ class Take:
     """One clip and everything derived from it, in the file's own length unit.
 
     clip : as read
-    rotations (T, J, 3, 3), translations (T, J, 3) : its pose at 60 frames a second
     mapping : which joint of the file feeds each slot
     upright : (3, 3) turns the file's world y up
     positions : (T, 21, 3), y up
@@ -41,8 +44,6 @@ class Take:
     """
 
     clip: Clip
-    rotations: np.ndarray = field(repr=False)
-    translations: np.ndarray = field(repr=False)
     mapping: Mapping
     upright: np.ndarray
     positions: np.ndarray = field(repr=False)
@@ -50,6 +51,25 @@ class Take:
     start: Start
     contacts: np.ndarray = field(repr=False)
     strays: Strays = field(repr=False)
+
+    @property
+    def translations(self) -> np.ndarray:
+        """Of every joint of the file from its parent, at 60 frames a second.   ->  (T, J, 3)"""
+        return resample(*bridged(*local_pose(self.clip), self.strays), self.clip.fps, FPS)[1]
+
+    @property
+    def up(self) -> str:
+        """The axis of the file that was taken for up, of `up_axis`."""
+        return next(axis for axis, turn in _UPRIGHT.items() if (turn == self.upright).all())
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Why not to trust it, in words: rows that are not motion, and what no body does."""
+        said = [self.strays.said()] if self.strays.said() else []
+        largest = np.abs(self.clip.values[:, self.clip.angles]).max(initial=0)
+        if largest > ROUNDED_AWAY:
+            said.append(f"an angle is {largest:.3g} degrees: what is left of it is rounding")
+        return (*said, *doubts(self.positions, self.features[:, TURN], self.clip.fps, self.up))
 
     @property
     def rests(self) -> np.ndarray:
@@ -71,11 +91,12 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
     """
     mapping = map_clip(clip, overrides, name)
     with np.errstate(over="ignore", invalid="ignore"):       # what is absurd is refused below
-        strays = find_strays(mapping.positions(*forward_kinematics(clip.parents,
-                                                                   *local_pose(clip))), clip.fps)
-        rotations, translations = resample(*bridged(*local_pose(clip), strays), clip.fps, FPS)
-        positions = mapping.positions(*forward_kinematics(clip.parents, rotations, translations))
-        upright = _Z_UP_TO_Y_UP if up_axis(positions) == "z" else np.eye(3)
+        positions = slot_positions(clip, mapping)
+        strays = find_strays(positions, clip.fps)
+        if clip.fps != FPS or strays.said():
+            pose = resample(*bridged(*local_pose(clip), strays), clip.fps, FPS)
+            positions = mapping.positions(*forward_kinematics(clip.parents, *pose))
+        upright = _UPRIGHT[up_axis(positions)]
         positions = positions @ upright.T
         leg = leg_length(positions)
     if not leg > 0:
@@ -95,10 +116,20 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
     around, start = _around(positions, floor)
     features = around[MARGIN:-MARGIN]
     if not np.isfinite(features).all():
-        raise ValueError(f"{name}: found shoulders exactly opposite to the hips in some frame, "
-                         "needed to know where the body faces")
-    return Take(clip, rotations, translations, mapping, upright, positions, features, start,
-                contacts, strays)
+        raise ValueError(f"{name}: found shoulders exactly opposite to the hips, needed to know "
+                         "where the body faces")
+    return Take(clip, mapping, upright, positions, features, start, contacts, strays)
+
+
+def slot_positions(clip: Clip, mapping: Mapping) -> np.ndarray:
+    """Where the 21 joints are, at the clip's own rate; some rows at a time, since a pose takes
+    ten times the memory.   ->  (rows, 21, 3)
+    """
+    found = np.empty((clip.frames, JOINTS, 3))
+    for n in range(0, clip.frames, AT_A_TIME):
+        pose = local_pose(replace(clip, values=clip.values[n:n + AT_A_TIME]))
+        found[n:n + AT_A_TIME] = mapping.positions(*forward_kinematics(clip.parents, *pose))
+    return found
 
 
 def _around(positions, floor):
@@ -178,15 +209,16 @@ def read_take(path: str | Path, overrides: dict[str, str] | None = None, *,
 def up_axis(positions: np.ndarray) -> str:
     """Which way is up: the axis along which the head is farther from the ankles, over all frames.
 
-    positions : (T, 21, 3)  ->  "y" or "z"
+    positions : (T, 21, 3)  ->  "y" or "z", "-y" or "-z" where the head lies towards that side
 
     >>> body = np.zeros((1, 21, 3))
     >>> body[:, SLOT["Head"]] = [0, 20, 150]
-    >>> up_axis(body)
-    'z'
+    >>> up_axis(body), up_axis(-body)
+    ('z', '-z')
     """
-    rise = np.abs(np.mean(positions[:, SLOT["Head"]] - positions[:, HEELS].mean(axis=1), axis=0))
-    return "z" if rise[2] > rise[1] else "y"
+    rise = np.mean(positions[:, SLOT["Head"]] - positions[:, HEELS].mean(axis=1), axis=0)
+    axis = "z" if abs(rise[2]) > abs(rise[1]) else "y"
+    return axis if rise["xyz".index(axis)] >= 0 else f"-{axis}"
 
 
 def standing_height(lengths: np.ndarray) -> float:

@@ -113,21 +113,26 @@ def _parse_motion(lines, joints, name):
         raise BVHError(f"{name}:{number}: found Frame Time: {quote(frame_time)}, needed seconds a "
                        f"frame above 0, from {SHORTEST_FRAME:g} to {LONGEST_FRAME:g}")
     width = sum(len(joint.channels) for joint in joints)
-    rows: list[np.ndarray] = []
+    table, rows = np.empty((0, width)), 0
     for number, text in lines:
         if text is None:
             break
-        if len(rows) == int(frames):
-            count = len(rows) + 1 + sum(text is not None for _, text in lines)
+        if rows == int(frames):
+            count = rows + 1 + sum(text is not None for _, text in lines)
             raise BVHError(f"{name}:{number}: found {count} rows of motion, needed {int(frames)} "
                            f"as Frames: says; write Frames: {count} in line {counted_at}, or take "
                            "rows away")
-        rows.append(_parse_row(text, width, f"{name}:{number}"))
-    if len(rows) < int(frames):
-        raise BVHError(f"{name}:{number}: found {len(rows)} rows of motion, needed {int(frames)} "
-                       f"as Frames: says; was the file cut off? If not, write Frames: {len(rows)} "
+        if rows == len(table):               # grows with what is there, not with what is claimed
+            longer = np.empty((min(int(frames), 2 * rows + 64), width))
+            longer[:rows] = table
+            table = longer
+        table[rows] = _parse_row(text, width, f"{name}:{number}")
+        rows += 1
+    if rows < int(frames):
+        raise BVHError(f"{name}:{number}: found {rows} rows of motion, needed {int(frames)} "
+                       f"as Frames: says; was the file cut off? If not, write Frames: {rows} "
                        f"in line {counted_at}")
-    return Clip(joints, float(frame_time), np.array(rows).reshape(len(rows), width))
+    return Clip(joints, float(frame_time), table)
 
 
 def _parse_row(text, width, where):

@@ -62,6 +62,11 @@ class Clip:
         return tuple(joint.name for joint in self.joints)
 
     @property
+    def angles(self) -> np.ndarray:
+        """Which columns of `values` are rotations.   ->  (channels,) bool"""
+        return np.array([c in ROTATION_CHANNELS for joint in self.joints for c in joint.channels])
+
+    @property
     def parents(self) -> np.ndarray:
         """The index of each joint's parent, -1 for the root.   ->  (J,)"""
         return np.array([joint.parent for joint in self.joints])

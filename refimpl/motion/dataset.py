@@ -73,7 +73,8 @@ class Dataset:
 def prepare(folder: str | Path, labels: dict[Any, tuple[str, str]], *,
             fraction: float = HELD_OUT, overrides: Overrides = None,
             report: Callable[[Path], Any] = lambda path: None,
-            executor: Executor | None = None, skip: Callable[[Path, ValueError], Any] | None = None,
+            executor: Executor | None = None, skip: Callable[[Path, Exception], Any] | None = None,
+            doubt: Callable[[Path, str], Any] = lambda path, why: None,
             **how: Any) -> Dataset:
     """Read the labelled clips of a folder, of any skeletons, and make their features.
 
@@ -81,6 +82,7 @@ def prepare(folder: str | Path, labels: dict[Any, tuple[str, str]], *,
     training;  overrides : {slot: joint} for odd skeletons, or a function of a path that gives it
     report : called with each path when it has been read;  executor : whose workers read them
     skip : called with what cannot be used and why, which is left out; else it is raised
+    doubt : called with what is odd about a clip that is used (`doubts`)
     how : rate and positions, as in `body.read_clip`
     ->  Dataset.   Raises LabelError where there are none, and what `read_take` raises.
     """
@@ -101,8 +103,10 @@ def prepare(folder: str | Path, labels: dict[Any, tuple[str, str]], *,
     parts = {}
     for (name, piece), result in zip(named.items(), read):
         try:
-            parts[name] = result()
-        except ValueError as error:
+            *parts[name], odd = result()
+            for why in odd:
+                doubt(piece.path, why)
+        except (ValueError, OSError) as error:
             if skip is None:
                 raise
             skip(piece.path, error)
@@ -146,7 +150,8 @@ def read_piece(piece: Excerpt, overrides: dict[str, str] | None = None, **how: A
 
 
 def _read_part(piece, overrides, how):
-    return _part(read_piece(piece, overrides, **how))
+    take = read_piece(piece, overrides, **how)
+    return *_part(take), take.doubts
 
 
 def _assemble(parts, labels, source, fraction):
@@ -159,7 +164,9 @@ def _assemble(parts, labels, source, fraction):
 
 
 def save_dataset(path: str | Path, dataset: Dataset) -> None:
-    """Write a Dataset as `.npz`: all frames in one array, and where each clip begins and ends."""
+    """Write a Dataset as `.npz`: all frames in one array, and where each clip begins and ends.
+    Raises FormatError for what `load_dataset` would refuse.
+    """
     clips = dataset.clips
     arrays = {
         "features": np.concatenate([clip.features for clip in clips]),
@@ -171,6 +178,7 @@ def save_dataset(path: str | Path, dataset: Dataset) -> None:
         arrays["rest"] = dataset.rest
     facts = {"names": [clip.name for clip in clips], "contents": [clip.content for clip in clips],
              "styles": [clip.style for clip in clips], "leg": dataset.leg, "source": dataset.source}
+    _check(path, arrays, facts)
     save_npz(path, FORMAT, VERSION, arrays, facts)
 
 
@@ -181,6 +189,19 @@ def load_dataset(path: str | Path) -> Dataset:
     arrays, facts = load_npz(
         path, FORMAT, VERSION, ("features", "contacts", "lengths", "held_out", "bones", "fps"),
         {"names": list, "contents": list, "styles": list, "leg": float, "source": str})
+    _check(path, arrays, facts)
+    names, contents, styles = (facts[key] for key in ("names", "contents", "styles"))
+    cuts = np.cumsum(arrays["lengths"])[:-1]
+    clips = tuple(Labelled(name, content, style, bool(out), features, planted, float(fps))
+                  for name, content, style, out, features, planted, fps in zip(
+                      names, contents, styles, arrays["held_out"],
+                      np.split(arrays["features"], cuts), np.split(arrays["contacts"], cuts),
+                      arrays["fps"]))
+    return Dataset(clips, facts["leg"], arrays["bones"], facts["source"], arrays.get("rest"))
+
+
+def _check(path, arrays, facts):
+    """Raise FormatError unless the parts of a file of motions fit each other."""
     names, contents, styles = (facts[key] for key in ("names", "contents", "styles"))
     count, lengths = len(names), arrays["lengths"]
     whole = lengths.shape == (count,) and lengths.dtype.kind == "i"
@@ -196,11 +217,4 @@ def load_dataset(path: str | Path) -> Dataset:
             and plausible(arrays["features"]) and plausible(arrays["bones"])
             and LEG_RANGE[0] <= facts["leg"] <= LEG_RANGE[1]):
         raise FormatError(f"{path}: found arrays and labels that do not fit each other, needed "
-                          "those of one prepare; make it again")
-    cuts = np.cumsum(lengths)[:-1]
-    clips = tuple(Labelled(name, content, style, bool(out), features, planted, float(fps))
-                  for name, content, style, out, features, planted, fps in zip(
-                      names, contents, styles, arrays["held_out"],
-                      np.split(arrays["features"], cuts), np.split(arrays["contacts"], cuts),
-                      arrays["fps"]))
-    return Dataset(clips, facts["leg"], arrays["bones"], facts["source"], arrays.get("rest"))
+                          "those of one prepare, with numbers within 1e9; make it again")

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from .easing import ease
-from .features import across, leg_length
+from .features import AT_A_TIME, across, leg_length
 from .joints import SLOT
 from .rotation import yaw_rotation
 
@@ -53,15 +53,23 @@ def _continued(positions, frames):
 
 def _most_alike(positions, frames):
     """The frame whose pose and speed are nearest to the last one's, -1 where none is near."""
+    last, off = _states(positions[-AT_A_TIME:])[-1], np.empty(len(positions) - frames - 1)
+    for n in range(0, len(off), AT_A_TIME):
+        begin = max(n - 4, 0)                        # a speed is made of three frames on each side
+        state = _states(positions[begin:n + AT_A_TIME + 4])[n - begin:][:len(off[n:n + AT_A_TIME])]
+        off[n:n + AT_A_TIME] = np.sqrt(np.mean(np.sum((state - last) ** 2, axis=-1), axis=1))
+    best = int(np.argmin(off))
+    return best if off[best] <= ALIKE * leg_length(positions) else -1
+
+
+def _states(positions):
+    """Pose and speed, seen from where the body faces.   ->  (T, 42, 3)"""
     yaw = _yaw(positions)
     local = positions - positions[:, [SLOT["Hips"]]] * [1.0, 0.0, 1.0]
     local = local @ yaw_rotation(-yaw).swapaxes(1, 2)
     speed = uniform_filter1d(np.gradient(positions, axis=0), 3, axis=0, mode="nearest")
     speed = speed @ yaw_rotation(-yaw).swapaxes(1, 2)
-    state = np.concatenate([local, FADE / 4 * speed], axis=1)
-    off = np.sqrt(np.mean(np.sum((state[:-frames - 1] - state[-1]) ** 2, axis=-1), axis=1))
-    best = int(np.argmin(off))
-    return best if off[best] <= ALIKE * leg_length(positions) else -1
+    return np.concatenate([local, FADE / 4 * speed], axis=1)
 
 
 def _yaw(positions):

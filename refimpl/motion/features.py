@@ -32,6 +32,7 @@ FPS = 60.0
 FLOOR = {"y": [0, 2], "z": [0, 1]}           # the flat columns of a position, by what is up
 ROOT_SIGMA, FACING_SIGMA = 3.0, 20.0         # frames: how root and facing are smoothed
 FLOOR_SOFTNESS = 0.01                        # legs: how near the lowest a frame must be to count
+AT_A_TIME = 2048                             # frames of a long clip that are looked at together
 LEG_RANGE = (1e-6, 1e6)                      # lengths of a leg that a body may have, in any unit
 
 
@@ -132,7 +133,8 @@ def facing(positions: np.ndarray) -> np.ndarray:
 
         forward = across x up
 
-    smoothed over time (a sway of the shoulders is not a turn) and normalised again.
+    smoothed over time (a sway of the shoulders is not a turn) and normalised again. A frame that
+    faces nowhere, its shoulders exactly opposite to its hips, takes what the frames about it say.
 
     positions : (T, 21, 3)  ->  (T, 2): x and z
 
@@ -143,7 +145,8 @@ def facing(positions: np.ndarray) -> np.ndarray:
     """
     x, _, z = np.moveaxis(across(positions), -1, 0)
     forward = np.stack([-z, x], axis=1)
-    forward = forward / np.linalg.norm(forward, axis=1, keepdims=True)
+    size = np.linalg.norm(forward, axis=1, keepdims=True)
+    forward = forward / np.where(size > 1e-9 * size.max(), size, np.inf)
     forward = gaussian_filter1d(forward, FACING_SIGMA, axis=0, mode="nearest")
     return forward / np.linalg.norm(forward, axis=1, keepdims=True)
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import gaussian_filter1d
 
-from .features import leg_length
+from .features import AT_A_TIME, leg_length
 from .joints import FEET
 
 SPEED = 0.0148                   # legs a frame below which a foot is slow (71 cm/s for a leg of 80)
@@ -36,12 +36,15 @@ def foot_paths(positions: np.ndarray) -> np.ndarray:
     Gaussian.
     """
     near = np.pad(positions[:, FEET], ((2, 2), (0, 0), (0, 0)), mode="edge")
-    five = sliding_window_view(near, 5, axis=0).transpose(0, 1, 3, 2)            # (T, 4, 5, 3)
-    apart = np.linalg.norm(five[..., None, :] - five[..., None, :, :], axis=-1).sum(axis=-1)
-    apart[..., 2] *= 1 - 1e-9                                    # of equals the frame itself
-    chosen = apart.argmin(axis=-1)[..., None, None]
-    return gaussian_filter1d(np.take_along_axis(five, chosen, axis=2)[:, :, 0], NOISE_SIGMA,
-                             axis=0, mode="nearest")
+    every = sliding_window_view(near, 5, axis=0).transpose(0, 1, 3, 2)           # (T, 4, 5, 3)
+    paths = np.empty((len(positions), len(FEET), 3))
+    for n in range(0, len(paths), AT_A_TIME):
+        five = every[n:n + AT_A_TIME]
+        apart = np.linalg.norm(five[..., None, :] - five[..., None, :, :], axis=-1).sum(axis=-1)
+        apart[..., 2] *= 1 - 1e-9                                # of equals the frame itself
+        chosen = apart.argmin(axis=-1)[..., None, None]
+        paths[n:n + AT_A_TIME] = np.take_along_axis(five, chosen, axis=2)[:, :, 0]
+    return gaussian_filter1d(paths, NOISE_SIGMA, axis=0, mode="nearest")
 
 
 def foot_speeds(paths: np.ndarray) -> np.ndarray:

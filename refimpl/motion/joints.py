@@ -82,10 +82,11 @@ def read_mapping(path: str | Path) -> dict[str, str]:
     for line, row in enumerate(read_table(path, "lines slot,joint", MappingError), start=1):
         if not any(row) or row[0].startswith("#") or (line == 1 and row == ["slot", "joint"]):
             continue
-        if len(row) != 2 or row[0] not in SLOT or not row[1] or row[0] in overrides:
+        if (len(row) != 2 or row[0] not in SLOT or not row[1] or row[0] in overrides
+                or row[1] in overrides.values()):
             raise MappingError(
-                f"{path}:{line}: found {','.join(row)!r}, needed slot,joint with a slot not named "
-                f"before, one of {', '.join(SLOTS)}")
+                f"{path}:{line}: found {','.join(row)!r}, needed slot,joint with a slot and a "
+                f"joint not named before, the slot one of {', '.join(SLOTS)}")
         if row[1] != "?":                            # what `inspect` could not tell
             overrides[row[0]] = row[1]
     if not overrides:

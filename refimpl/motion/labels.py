@@ -1,11 +1,12 @@
 """Which content and style a clip has: from file names, from a table, for parts of clips too."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+import os
 from pathlib import Path
 import re
 from typing import Any, NamedTuple
 
-from ..storage import read_table
+from ..storage import is_special, read_table
 
 PATTERN = r"(?:^|_)(?P<content>[^_]+)_(?P<style>[^_]+)_[^_]*$"       # dataset-1_walk_old_001
 LABELLED = ["clip", "content", "style"]
@@ -48,26 +49,33 @@ def labels_by_pattern(paths: Iterable[Path],
         raise LabelError(f"pattern {pattern!r}: needed the named groups (?P<content>...) and "
                          "(?P<style>...)")
     matches = ((path, regex.search(path.stem)) for path in paths)
-    return {path: (match["content"], match["style"]) for path, match in matches if match}
+    return {path: (match["content"], match["style"]) for path, match in matches
+            if match and match["content"] and match["style"]}
 
 
-def labels_from_file(paths: Iterable[Path], label_file: str | Path,
-                     folder: str | Path) -> dict[Any, tuple[str, str]]:
+def labels_from_file(paths: Iterable[Path], label_file: str | Path, folder: str | Path,
+                     missing: Callable[[str], Any] = lambda name: None
+                     ) -> dict[Any, tuple[str, str]]:
     """Labels from a CSV file with the header `clip,content,style`, or `clip,content,style,begin,
-    end` for parts of clips; a clip is named by its path below the folder or its file name. The
-    Frame_Cuts.csv of 100STYLE is read as it is: a line a style, begin and end of each content.
+    end` for parts of clips; a clip is named by its path below the folder or, where no other clip
+    has it, its file name. The Frame_Cuts.csv of 100STYLE is read as it is: a line a style, begin
+    and end of each content.
 
-    paths : BVH files in the folder  ->  {path or Excerpt: (content, style)}
-    Raises LabelError naming the line: unknown clip, one named twice, an empty label, no such rows.
+    paths : BVH files in the folder;  missing : called with each clip of 100STYLE's table that is
+    not among them  ->  {path or Excerpt: (content, style)}
+    Raises LabelError naming the line: unknown clip, a name that several have, a clip or some of its
+    rows named twice, an empty label, no such rows.
     """
-    known: dict[str, Path] = {}
-    for path in paths:
-        for name in (path.relative_to(folder).as_posix(), path.name, path.stem):
-            known.setdefault(name, path)
+    known: dict[str, list[Path]] = {}
+    exact = {path.relative_to(folder).as_posix(): [path] for path in paths}
+    for below, (path,) in exact.items():
+        for name in {os.path.splitext(below)[0], path.name, path.stem}:
+            known.setdefault(name, []).append(path)
+    known |= exact
     labels: dict[Any, tuple[str, str]] = {}
     rows = read_table(label_file, "the header clip,content,style", LabelError)
-    if rows and rows[0][0] == "STYLE_NAME":
-        return _frame_cuts(rows, known, label_file)
+    if rows and rows[0][:1] == ["STYLE_NAME"]:
+        return _frame_cuts(rows, known, label_file, missing)
     parts = bool(rows) and rows[0] == [*LABELLED, "begin", "end"]
     if not rows or not (rows[0] == LABELLED or parts):
         found = ",".join(rows[0]) if rows else "an empty file"
@@ -82,14 +90,23 @@ def labels_from_file(paths: Iterable[Path], label_file: str | Path,
         if row[0] not in known:
             raise LabelError(f"{label_file}:{line}: found no clip {row[0]!r} in {folder}, needed "
                              "the name of a BVH file there")
-        key: Any = known[row[0]]
+        key: Any = _one(known[row[0]], row[0], f"{label_file}:{line}")
         if parts:
             key = _piece(key, row[3], row[4], f"{label_file}:{line}")
-        if key in labels:
-            raise LabelError(f"{label_file}:{line}: found {row[0]!r} a second time, needed each "
-                             "clip once")
+        if key in labels or parts and any(key.path == other.path and key.begin < other.end
+                                          and other.begin < key.end for other in labels):
+            rows_of = "rows of " if parts else ""
+            raise LabelError(f"{label_file}:{line}: found {rows_of}{row[0]!r} a second time, "
+                             "needed each once")
         labels[key] = (row[1], row[2])
     return labels
+
+
+def _one(paths, name, where):
+    if len(paths) > 1:
+        raise LabelError(f"{where}: found {name!r}, which {len(paths)} clips are called "
+                         f"({', '.join(map(str, paths[:3]))}), needed the path below the folder")
+    return paths[0]
 
 
 def _piece(path, begin, end, where):
@@ -100,34 +117,60 @@ def _piece(path, begin, end, where):
     return Excerpt(path, int(begin), int(end))
 
 
-def _frame_cuts(rows, known, label_file):
+def _frame_cuts(rows, known, label_file, missing):
     """100STYLE's table: STYLE_NAME, then for each content NAME_START and NAME_STOP, or N/A."""
     labels: dict[Any, tuple[str, str]] = {}
     columns = {name.strip(): n for n, name in enumerate(rows[0])}
     contents = [name.removesuffix("_START") for name in columns if name.endswith("_START")]
     for line, row in enumerate(rows[1:], start=2):
-        for content in contents if len(row) == len(rows[0]) else []:
+        where = f"{label_file}:{line}"
+        if any(row) and len(row) != len(rows[0]):
+            raise LabelError(f"{where}: found {len(row)} cells, needed {len(rows[0])} as the "
+                             "header has")
+        for content in contents if any(row) else []:
             cut = [row[columns[f"{content}_{edge}"]] for edge in ("START", "STOP")]
-            path = known.get(f"{row[0]}_{content}")
-            if path and all(text.strip().isdigit() for text in cut):
-                piece = _piece(path, cut[0].strip(), cut[1].strip(), f"{label_file}:{line}")
+            name = f"{row[0]}_{content}"
+            if set(cut) <= {"N/A", ""}:
+                continue
+            if name not in known:
+                missing(name)
+            else:
+                piece = _piece(_one(known[name], name, where), cut[0], cut[1], where)
+                if piece in labels:
+                    raise LabelError(f"{where}: found {name!r} a second time, needed each once")
                 labels[piece] = (content, row[0])
     return labels
 
 
 def find_clips(folder: str | Path) -> list[Path]:
     """The BVH files below a folder, sorted; where there are none, files of points (`.npy`, see
-    `points`).   Raises FileNotFoundError when there are neither.
+    `points`).
+
+    Raises FileNotFoundError when there are neither, PermissionError for a folder that may not be
+    read, LabelError for two files of one name (`walk.bvh`, `walk.BVH`).
     """
     folder = Path(folder)
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder}: found no such folder, needed a folder of BVH files")
-    found = sorted(path for path in folder.rglob("*")
-                   if path.suffix.lower() in (".bvh", ".npy") and path.is_file())
+    every = (Path(where, name) for where, _, names in os.walk(folder, onerror=_refuse)
+             for name in names)
+    found = sorted(path for path in every if path.suffix.lower() in (".bvh", ".npy"))
+    if special := [str(path) for path in found if is_special(path)]:
+        raise LabelError(f"{special[0]}: found a pipe or a device, needed files; take it out")
     paths = [path for path in found if path.suffix.lower() == ".bvh"] or found
     if not paths:
         raise FileNotFoundError(f"{folder}: found no BVH file in it or below, needed at least one")
+    named: dict[Path, Path] = {}
+    for path in paths:
+        other = named.setdefault(path.with_suffix(""), path)
+        if other is not path:
+            raise LabelError(f"{path}: found {other.name} beside it, needed each name once, "
+                             "whatever its ending; rename one of them")
     return paths
+
+
+def _refuse(error):
+    raise error
 
 
 def piece_named(name: str, paths: Mapping[str, Path]) -> Excerpt | None:

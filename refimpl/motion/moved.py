@@ -8,14 +8,14 @@ length, and where nothing changes the clip is as it was.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .body import Take
 from .canonical import Change
 from .clip import Clip, Joint
-from .features import FPS
+from .features import AT_A_TIME, FPS
 from .joints import BONES, SLOT, Mapping
 from .rotation import slerp
 from .skeleton import (ancestors, carrier, forward_kinematics, local_pose, resample, with_pose)
@@ -111,6 +111,11 @@ def sampled(found: Change, times: np.ndarray) -> Change:
     return Change(turns, found.shift[a] + t[:, None] * (found.shift[b] - found.shift[a]))
 
 
+def _pose_of(clip, rows):
+    """`local_pose` of some rows."""
+    return local_pose(replace(clip, values=clip.values[rows]))
+
+
 def moved_clip(take: Take, how: Rig, found: Change, fps: float | None = None) -> Clip:
     """The take's clip after a change of its motion, its strays as they were.
 
@@ -119,21 +124,29 @@ def moved_clip(take: Take, how: Rig, found: Change, fps: float | None = None) ->
     """
     clip, strays, own = take.clip, take.strays, take.clip.fps
     rate, rows = fps or own, len(clip.values)
-    pose = local_pose(clip)
-    inner = (tuple(part[strays.begin:strays.end] for part in pose) if rate == own else
-             resample(*bridged(*pose, strays), own, rate))
-    frames = np.arange(len(inner[0]))
-    here = sampled(found, frames * (FPS / rate))
-    turn = take.upright
-    here = Change(turn.T @ here.turns @ turn, here.shift @ turn)
-    made = moved_pose(clip, take.mapping, how, inner[0], inner[1], here)
+    whole_pose = (None if rate == own else
+                  resample(*bridged(*local_pose(clip), strays), own, rate))
+    count = strays.end - strays.begin if whole_pose is None else len(whole_pose[0])
+    frames, turn, J = np.arange(count), take.upright, len(clip.joints)
+    made = np.empty((count, J, 3, 3)), np.empty((count, J, 3))
+    for n in range(0, count, AT_A_TIME):             # a pose takes ten times the clip's memory
+        some = frames[n:n + AT_A_TIME]
+        pose = (_pose_of(clip, strays.begin + some) if whole_pose is None else
+                (whole_pose[0][some], whole_pose[1][some]))
+        here = sampled(found, some * (FPS / rate))
+        here = Change(turn.T @ here.turns @ turn, here.shift @ turn)
+        for new, part in zip(made, moved_pose(clip, take.mapping, how, pose[0], pose[1], here)):
+            new[some] = part
     every = rate / own
     ends = [(np.arange(round(count * every)) / every).astype(int) + first
             for count, first in ((strays.begin, 0), (rows - strays.end, strays.end))]
     at = np.minimum(strays.begin + np.rint(frames / every).astype(int), rows - 1)
     lost = strays.lost[at]
-    for new, old in zip(made, pose):
-        new[lost] = old[at[lost]]
-    whole = [np.concatenate([old[ends[0]], new, old[ends[1]]]) for new, old in zip(made, pose)]
-    return with_pose(clip, whole[0], whole[1],
+    for new, old in zip(made, _pose_of(clip, at[lost])):
+        new[lost] = old
+    if len(ends[0]) or len(ends[1]):
+        first, last = (_pose_of(clip, rows) for rows in ends)
+        made = (np.concatenate([first[0], made[0], last[0]]),
+                np.concatenate([first[1], made[1], last[1]]))
+    return with_pose(clip, *made,
                      clip.frame_time if rate == own else 1.0 / rate, free=how.placed)

@@ -31,7 +31,8 @@ def leftness(tree: Tree, legs: Sequence[Sequence[int]], toes: Sequence[np.ndarra
         told.append(2 * sum(toe - P[:, leg[2]] for toe, leg in zip(toes, legs)))
     for hip, knee, ankle in legs:
         line = P[:, ankle] - P[:, hip]
-        share = np.sum((P[:, knee] - P[:, hip]) * line, axis=-1) / np.sum(line * line, axis=-1)
+        share = (np.sum((P[:, knee] - P[:, hip]) * line, axis=-1)
+                 / np.maximum(np.sum(line * line, axis=-1), 1e-300))
         told.append(P[:, knee] - P[:, hip] - share[:, None] * line)
     forward = sum(told)
     left = np.cross(up, forward)

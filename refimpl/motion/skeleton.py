@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from . import rotation
 from .clip import POSITION_CHANNELS, Clip, Joint
+from .features import AT_A_TIME
 
 SLOWEST, FASTEST = 0.5, 10000.0                      # frames a second of a recording
 
@@ -98,7 +99,9 @@ def with_pose(clip: Clip, rotations: np.ndarray, translations: np.ndarray,
     for channels, some in _by_channels(clip.joints).items():
         order = "".join(c[0] for c in channels if c not in POSITION_CHANNELS)
         full = order + "".join(axis for axis in "ZXY" if axis not in order)
-        angles = rotation.matrix_to_euler(rotations[:, some], full)              # (T, n, 3)
+        angles = np.concatenate([                                                # (T, n, 3)
+            rotation.matrix_to_euler(rotations[n:n + AT_A_TIME, some], full)
+            for n in range(0, max(len(rotations), 1), AT_A_TIME)])
         needs = np.abs(angles[..., len(order):]).max(axis=(0, 2), initial=0) > 1e-9   # radians
         if len(order) == 3:
             angles = followed_euler(angles)

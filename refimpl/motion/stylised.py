@@ -26,8 +26,8 @@ class Stylised:
     as the network left them, in the take's unit;
     astray : mean distance of the path of T(I) from the content's, and way : the length of the
     content's, in legs
-    strays : what is said of rows that were left as they are;  hinges : joints whose new pose needs
-    more rotation channels than the file has for them
+    strays : what is said of the content (`body.Take.doubts`);  hinges : joints whose new pose
+    needs more rotation channels than the file has for them
     strangeness : the share of the content's frames that lie outside of what the style knows, NaN
     where it does not know (`known.Known.outside`);  strange : what lies farthest, in words
     """
@@ -85,7 +85,7 @@ def onto_skeleton(take: Take, content: Seen, features: np.ndarray, *, clean: boo
     hinges = tuple(new.name for new, old in zip(clip.joints, take.clip.joints)
                    if _turning(new) > _turning(old) > 0)
     return Stylised(clip, positions, scale(features, 1 / content.ratio),
-                    strays=take.strays.said(), hinges=hinges)
+                    strays="; ".join(take.doubts), hinges=hinges)
 
 
 def _turning(joint):

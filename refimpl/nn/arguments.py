@@ -11,7 +11,7 @@ import numpy as np
 
 # The precision ladder: every type that an operation takes, and the real type of its precision.
 # O stands for exact numbers, `are_exact`.
-PRECISION = {np.dtype(code): np.zeros((), code).real.dtype for code in "fdgFDGO"}
+PRECISION = {np.dtype(code): np.zeros(1, code).real.dtype for code in "fdgFDGO"}
 # of a width, stride, padding ...: an index that any machine holds
 LARGEST_INDEX = 2 ** 31 - 1
 

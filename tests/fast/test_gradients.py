@@ -4,6 +4,7 @@ parts of a batch by any executor.
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
+import pickle
 import tracemalloc
 
 from hypothesis import given, strategies as st
@@ -20,7 +21,7 @@ from refimpl.fast.gradients import StyleStep, style_gradients
 from refimpl.fast.autoencoder import autoencoder_gradients
 from refimpl.fast.shards import sharded
 from refimpl.fast.stylist import Stylist
-from refimpl.holden2017.objective import Batch, Weights
+from refimpl.holden2017.objective import EQUATION_10, Batch, Weights
 from refimpl.motion.joints import BONES
 from refimpl.motion.windows import Normaliser
 
@@ -210,9 +211,10 @@ def trained(epochs, **how):
 
 def both(lesson, manifold):
     """The two training loops, with the gradients of this room in so many parts."""
-    def style(parts=1, executor=None, **how):
-        return train.train_style(lesson, manifold, channels=6, width=9,
-                                 gradients=sharded(style_gradients, parts, executor), **how)
+    def style(parts=1, executor=None, training_set=None, **how):
+        return train.train_style(
+            lesson, manifold, channels=6, width=9,
+            gradients=sharded(style_gradients, parts, executor, training_set), **how)
 
     def autoencoder(parts=1, executor=None, **how):
         return train.train_autoencoder(lesson.X, hidden=10, width=9,
@@ -222,13 +224,51 @@ def both(lesson, manifold):
     return style, autoencoder
 
 
+class Wire:
+    """An executor in another place: it counts the bytes that go there and back, step by step."""
+
+    def __init__(self):
+        self.sent, self.back = [], []
+
+    def map(self, function, parts):
+        parts = list(map(pickle.dumps, parts))
+        answers = [pickle.dumps(function(pickle.loads(part))) for part in parts]
+        self.sent.append(sum(map(len, parts)))
+        self.back.append(sum(map(len, answers)))
+        return map(pickle.loads, answers)
+
+
+def test_what_does_not_change_is_sent_once():
+    """At the paper's widths, parts of five windows."""
+    rng = np.random.default_rng(0)
+    params = networks.init_transformation_network(rng)
+    L = networks.init_loss_network(rng)
+    X = rng.normal(size=(10, 66, 240)).astype(np.float32)
+    lesson = TrainingSet(X, np.ones((10, 4, 240), np.float32), np.zeros((10, 3, 240), np.float32),
+                         {"a": np.eye(256, dtype=np.float32)}, ("a",) * 10, np.ones(20))
+    constants = (L, np.zeros(66), np.ones(66), Weights(), EQUATION_10)
+    batch, wire, found = lesson.batch(np.arange(10)), Wire(), []
+    before = 2 * len(pickle.dumps((constants, params, batch.part(slice(5)))))
+    for how in ({"executor": wire, "training_set": lesson}, {}):
+        of_batch = sharded(style_gradients, 2, **how)(*constants)
+        found.append([{name: g.copy() for name, g in of_batch(params, batch)[1].items()}
+                      for _ in range(2)])
+    for name in params:
+        np.testing.assert_array_equal(found[0][1][name], found[1][1][name])
+    # asked without the run, sent it once (one worker here), and from then on without it
+    first, again, second = wire.sent
+    assert again > first and second == first <= before / 2, (wire.sent, before)
+
+
 @pytest.mark.parametrize("make", [lambda: ThreadPoolExecutor(2), lambda: ProcessPoolExecutor(2)],
                          ids=["threads", "processes"])
 def test_any_executor_gives_the_bits_of_one_process(make):
     with make() as executor:
-        for epochs in both(*lesson_and_manifold()):
+        lesson, manifold = lesson_and_manifold()
+        loops = both(lesson, manifold)
+        for epochs, more in (*((one, {}) for one in loops), (loops[0], {"training_set": lesson})):
             alone, side_by_side = (trained(epochs, parts=2),
-                                   trained(epochs, parts=2, executor=executor))
+                                   trained(epochs, parts=2, executor=executor, **more))
             for (record, state), (same, bits) in zip(side_by_side, alone):
                 assert record.losses == same.losses
                 for name in state.params:

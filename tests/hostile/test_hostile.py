@@ -22,13 +22,15 @@ from refimpl.motion import bvh
 from refimpl.embedded import walkers as synthetic
 from refimpl.motion.clip import BVHError
 from refimpl.storage import FormatError, atomic_write, load_npz, save_npz
+from tests.hostile import faults, targets
 from tests.commands.terminals import OnTerminal
 from tests.hostile.fuzz import campaign, made_clips
 from tests.hostile.kills import campaign as killing, commands, prepare_folder
 
 # Inputs of the fuzzer that once raised something else than they should: an archive whose members
-# lie before its beginning, and array headers that NumPy's reader cannot split into words.
-ONCE_WRONG = (225, 238, 78118, 147428, 155574, 159569)
+# lie before its beginning, array headers that NumPy's reader cannot split into words, letters where
+# numbers should be, and a label file that begins with an empty line.
+ONCE_WRONG = (225, 238, 3863, 4567, 78118, 147428, 155574, 159569)
 
 
 def test_a_fixed_part_of_the_fuzzing(tmp_path):
@@ -122,7 +124,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path):
 
 
 @pytest.mark.parametrize("step, number",
-                         [("mkstemp", errno.EACCES), ("mkstemp", errno.EROFS),
+                         [("open", errno.EACCES), ("open", errno.EROFS),
                           ("fsync", errno.ENOSPC), ("replace", errno.EPERM)])
 def test_every_step_of_a_write_may_be_refused(step, number, tmp_path, monkeypatch, capsys):
     """Permission, a read-only file system, a disk that is full when the bytes go down, a name that
@@ -135,12 +137,23 @@ def test_every_step_of_a_write_may_be_refused(step, number, tmp_path, monkeypatc
 
     def refuse(*arguments, **options):
         raise OSError(number, os.strerror(number), str(tmp_path / "motions.npz"))
-    monkeypatch.setattr({"mkstemp": tempfile, "fsync": os, "replace": os}[step], step, refuse)
+    if step == "open":
+        monkeypatch.setattr(tempfile, "TemporaryFile", refuse)
+    else:
+        monkeypatch.setattr(os, step, refuse)
     assert main(["prepare", str(clips), "-o", str(tmp_path / "motions.npz")]) == 2
     err = capsys.readouterr().err.splitlines()[-1]
     assert err.startswith("refimpl: error:") and os.strerror(number) in err
     assert ((tmp_path / "motions.npz").read_text() == "old"
             and sorted(p.name for p in tmp_path.iterdir()) == ["clips", "motions.npz"])
+
+
+def test_each_call_of_a_commands_writing_may_fail(tmp_path):
+    """All commands, in seven ways: `python -m tests.hostile.faults`."""
+    targets.made(tmp_path)
+    counts, wrong = faults.campaign(tmp_path, ["inspect"], ["no space", "memory", "SIGTERM"])
+    more, worse = faults.campaign(tmp_path, ["resume"], ["device"])
+    assert counts["inspect"][0] > 10 and more["resume"][0] > 10 and not wrong + worse
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")

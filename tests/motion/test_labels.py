@@ -1,5 +1,6 @@
 """Labels with a begin and an end, 100STYLE's table, clips left out, mappings by pattern."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -106,3 +107,66 @@ def test_a_folder_of_points_alone_is_read(folder, tmp_path):
         np.save(place / f"walk_old_{n}.npy", read_take(folder / "Happy_FW.bvh").positions / 100)
     assert main(["prepare", str(place), "-o", str(tmp_path / "points.npz")]) == 0
     assert len(load_dataset(tmp_path / "points.npz").clips) == 2
+
+
+def test_a_name_that_two_clips_have_is_refused_and_its_path_is_not(tmp_path):
+    for name in ("anna/take1.bvh", "bob/take1.bvh", "take2.bvh", "bob/take2.bvh"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("")
+    paths, table = find_clips(tmp_path), tmp_path / "labels.csv"
+    for name in ("take1", "take1.bvh", "take2"):
+        table.write_text(f"clip,content,style\n{name},walk,old\n")
+        with pytest.raises(LabelError, match=f"labels.csv:2: found '{name}', which 2 clips are"):
+            labels_from_file(paths, table, tmp_path)
+    table.write_text("clip,content,style\nanna/take1,walk,old\ntake2.bvh,walk,new\n")
+    assert labels_from_file(paths, table, tmp_path) == {
+        tmp_path / "anna/take1.bvh": ("walk", "old"), tmp_path / "take2.bvh": ("walk", "new")}
+    table.write_text("STYLE_NAME,1_START,1_STOP\ntake1,0,10\n")
+    for name in ("anna", "bob"):
+        (tmp_path / name / "take1_1.bvh").write_text("")
+    with pytest.raises(LabelError, match="which 2 clips are"):
+        labels_from_file(find_clips(tmp_path), table, tmp_path)
+
+
+def test_no_clip_is_left_out_without_a_word(tmp_path, monkeypatch):
+    (tmp_path / "sub").mkdir()
+    for name in ("a_b_1.bvh", "sub/a_b_1.bvh"):
+        (tmp_path / name).write_text("")
+    assert len(find_clips(tmp_path)) == 2
+    (tmp_path / "sub" / "a_b_1.BVH").write_text("")
+    with pytest.raises(LabelError, match="a_b_1.BVH beside it|a_b_1.bvh.*beside it"):
+        find_clips(tmp_path)
+    os.remove(tmp_path / "sub" / "a_b_1.BVH")
+    listed = os.scandir
+
+    def refuse(path):
+        if str(path).endswith("sub"):
+            raise PermissionError(13, "Permission denied", str(path))
+        return listed(path)
+    monkeypatch.setattr(os, "scandir", refuse)                   # root may read every folder
+    with pytest.raises(PermissionError, match="sub"):
+        find_clips(tmp_path)
+
+
+@pytest.mark.parametrize("row, words", [("Old,1,x", "found rows 1 to x"),
+                                        ("Old,1", "found 2 cells, needed 3"),
+                                        ("Old,1,5\nOld,1,5", "a second time")])
+def test_a_table_of_cuts_is_not_half_read(folder, tmp_path, row, words):
+    table = tmp_path / "cuts.csv"
+    table.write_text(f"STYLE_NAME,FW_START,FW_STOP\n{row}\n")
+    with pytest.raises(LabelError, match=words):
+        labels_from_file(sorted(folder.glob("*.bvh")), table, folder)
+
+
+def test_what_could_not_be_read_again_is_not_written(tmp_path):
+    from dataclasses import replace
+    from refimpl.embedded import walkers
+    from refimpl.motion.body import make_take
+    from refimpl.motion.dataset import assemble, save_dataset
+    good = assemble([("a", make_take(walkers.make_clip(seconds=1.0).clip))], {"a": ("b", "c")}, "s")
+    for bad in (replace(good, leg=float("inf")), replace(good, bones=good.bones * 1e12),
+                replace(good, clips=(replace(good.clips[0], features=good.clips[0].features
+                                             * float("nan")),))):
+        with pytest.raises(ValueError, match="m.npz: found arrays and labels that do not fit"):
+            save_dataset(tmp_path / "m.npz", bad)
+    assert not list(tmp_path.iterdir())

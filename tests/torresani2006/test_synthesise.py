@@ -283,7 +283,7 @@ def test_a_planted_function_comes_back_from_sheets(tmp_path, capsys, monkeypatch
     """A simulated analyst who sees the interpolation and one more in weight, with noise of 0.4."""
     few = experiment.embedded_cast(4)
     monkeypatch.setattr(experiment, "embedded_cast", lambda: few)
-    monkeypatch.setattr(player, "animation_html", lambda seen, fps, path, pictures:
+    monkeypatch.setattr(player, "write_player", lambda path, seen, align:
                         path.write_text(" ".join(seen)))
     words = ("experiment", "torresani", "--blends", 60)
     assert command(*words, "--export-blends", tmp_path) == 0
