@@ -1,0 +1,369 @@
+"""Is the answer right, and which function does the notebook go on with?
+
+    conv1d_backward_x = attempt(my_conv1d_backward_x, reference,
+                                {"odd width": (x, w), "even width": (x, v)}, f=nn.conv1d, wrt="x")
+
+prints `name | exact | approximate | max difference | checked by` and "passed", or what is wrong,
+in which case, and what kind of mistake that looks like; and returns the function to go on with.
+"""
+
+from collections.abc import Callable, Mapping
+import inspect
+import linecache
+import re
+from typing import Any
+
+import numpy as np
+
+from .mistakes import Failure, explain
+from ..gradcheck import derivative
+from ..gradcheck.contract import changed, copies
+from ..gradcheck.difference import TINY, differences, largest
+from ..gradcheck.errors import GradientError, UndecidedError
+from ..gradcheck.gradient import check_gradient, upstream
+from ..gradcheck.report import Row, verdicts
+
+TOLERANCE = 1e-10     # against the package's own function, relative to the largest element
+OWN_FUNCTION = "the package's own function"
+SINGLY = 100          # elements of an input that are checked one by one; of more, a sample
+DRAWN = 30            # elements that an array may have to be drawn
+
+
+class _Counting(np.ndarray):
+    """An array that counts the products of two arrays that it takes part in."""
+
+    products = 0
+
+    def __array_ufunc__(self, ufunc, method, *inputs, **options):
+        arrays = [np.asarray(x) for x in inputs]
+        pair = len(arrays) == 2 and min(x.size for x in arrays) > 1
+        _Counting.products += ufunc is np.matmul or (ufunc is np.multiply and pair)
+        if "out" in options:
+            options["out"] = tuple(np.asarray(x) for x in options["out"])
+        made = getattr(ufunc, method)(*arrays, **options)
+        return made.view(_Counting) if isinstance(made, np.ndarray) else made
+
+    def __array_function__(self, func, types, args, kwargs):
+        _Counting.products += func.__name__ in ("dot", "einsum", "tensordot", "inner", "vdot",
+                                                "convolve", "correlate", "outer", "kron")
+        made = super().__array_function__(func, types, args, kwargs)
+        return made
+
+
+def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapping[str, tuple], *,
+            f: Callable[..., Any] | None = None, wrt: str | tuple[str, ...] | None = None,
+            kinks: Mapping[str, tuple] | None = None, tolerance: float = TOLERANCE,
+            most_calls: int | None = None, most_products: int | None = None) -> Callable[..., Any]:
+    """Judge a student's function, and say aloud what came out.
+
+    mine, reference : the student's function and the package's, with the same arguments; of several
+    results, a tuple, or a dict of named ones, which are told one by one;
+    cases : {label: inputs}, each a tuple of arguments (for a gradient, those of f). The label of a
+    case is told when it fails, so it names what is special about it;
+    f : given for a gradient. Then mine(dy, *inputs) is asked for the gradients with respect to
+    `wrt`, a name of one of f's parameters or a tuple of them (all float arrays unless given), for a
+    random dy, and checked twice: every element by `reference`, and by complex step or central
+    differences of f (of an input of more than 100 elements a sample, and all of them along a
+    line). Without f the values of mine(*inputs) are compared with those of
+    reference(*inputs);
+    kinks : more cases, at ties and kinks, where differences have no verdict and the stated rule,
+    `reference`, decides alone;
+    tolerance : of the comparison with `reference`;
+    most_calls : how often a function among the arguments may be called in a case;
+    most_products : how many products of two arrays may be taken in a case
+    ->  mine if it is right, else reference: what comes after never breaks.
+
+    >>> def double(x):
+    ...     return x + x
+    >>> attempt(double, lambda x: 2 * x, {"two numbers": (np.array([1.0, 2.0]),)}) is double
+    name        | exact | approximate | max difference | checked by
+    two numbers | True  | True        |      0.000e+00 | the package's own function
+    passed
+    True
+    """
+    _chosen(f, next(iter(cases.values())), wrt) if f else None
+    rows: list[Row] = []
+    failures: list[tuple[str, str, Failure | None]] = []
+    whole = {**cases, **(kinks or {})}
+    for label, inputs in whole.items():
+        arguments = (upstream(f, inputs, 0), *inputs) if f else tuple(inputs)
+        try:
+            judged, message, failure = _values(mine, reference, f, arguments, wrt, tolerance,
+                                               most_calls, most_products)
+            if not message and f and label in cases:
+                instruments, message = _gradient(mine, f, inputs, wrt)
+                judged = instruments + judged
+        except NotImplementedError as error:
+            print(_open(mine, error))
+            return reference
+        except Exception as error:               # the student's own: told, not raised
+            judged, message, failure = [], _crash(mine, error, arguments), None
+        rows += [Row(f"{row.name}, {label}" if row.name else label, row.exact, row.approximate,
+                     row.difference, row.checked_by) for row in judged]
+        failures += [(label, message, failure)] if message else []
+    if rows:
+        print(*verdicts(rows), sep="\n")
+    if not failures:
+        print("passed")
+        return mine
+    print(*_told(mine, reference, failures, [label for label in whole if label not in
+                                             [failed for failed, _, _ in failures]]), sep="\n")
+    return reference
+
+
+def slopes(f: Callable[..., Any], x: np.ndarray, dy: Any = 1.0) -> np.ndarray:
+    """The gradient of sum(dy * f(x)), measured: the reference for an intermediate that nobody wants
+    to give away. By complex step, or by differences where f is not analytic.
+
+    >>> slopes(np.sin, np.zeros(2), np.array([1.0, 3.0])).tolist()
+    [1.0, 3.0]
+    """
+    measured = np.zeros(x.shape)
+    for index in np.ndindex(x.shape):
+        unit = np.zeros(x.shape)
+        unit[index] = 1
+        along = derivative.line(f, (x,), {0: unit})
+        dy_all = np.broadcast_to(dy, np.shape(f(x)))
+        exact = derivative.complex_step(along, dy_all)
+        measured[index] = derivative.extrapolate(along, dy_all)[0] if exact is None else exact
+    return measured
+
+
+def _told(mine, reference, failures, passed):
+    """Lines: the smallest case that failed, what it looks like, where it is right."""
+    values = [failure for _, _, failure in failures if failure]
+    label, message, failure = min(failures, key=lambda told: sum(
+        np.size(y) for y in told[2].expected) if told[2] else -1)
+    yield f"wrong: {mine.__name__}, {label}: {message}"
+    if failure:
+        yield from _drawn(failure)
+
+        def _listed(function):
+            def _answers(*arguments):
+                with np.errstate(all="ignore"):
+                    expected = _outputs(reference(*copies(arguments)))
+                    found = _taken(function(*copies(arguments)), expected)
+                return [np.asarray(y) for y in found.values()]
+            return _answers
+        looks = explain(_listed(mine), _listed(reference), values)
+        if looks:
+            yield f"  looks like: {looks}"
+    if passed:
+        yield f"  right in: {'; '.join(passed)}"
+    if len(failures) > 1:
+        yield "  wrong in: " + "; ".join(failed for failed, _, _ in failures)
+    yield ("  The notebook goes on with the package's own version, until yours passes.")
+
+
+def _drawn(failure):
+    """Lines: the arguments, the answer found and the one needed, where they are small."""
+    pairs = [(x, y) for x, y in zip(failure.found, failure.expected)
+             if np.shape(x) == np.shape(y) and differences(x, y).any()][:1]
+    if not pairs or np.size(pairs[0][1]) > DRAWN or np.ndim(pairs[0][1]) == 0:
+        return
+    shown = [(name, x) for name, x in zip(failure.names, failure.arguments)
+             if isinstance(x, np.ndarray) and x.size <= DRAWN] + [
+        ("yours", pairs[0][0]), ("needed", pairs[0][1])]
+    for name, x in shown:
+        text = np.array2string(np.squeeze(np.asarray(x)), precision=3, suppress_small=True)
+        first, *rest = text.splitlines()
+        yield f"  {name:>8} = {first}"
+        yield from (" " * 13 + line for line in rest if line.strip())
+
+
+def _open(mine, error):
+    """What is not written: this function, or one that it calls."""
+    trace = error.__traceback__
+    while trace.tb_next:
+        trace = trace.tb_next
+    other = trace.tb_frame.f_code.co_name
+    called = "" if other == mine.__name__ else f" (it calls {other}, which is not written yet)"
+    return (f"open: {mine.__name__} is yours to write{called}; the package's own version is used "
+            "from here on")
+
+
+def _crash(mine, error, arguments):
+    """Five lines: the error, the student's line, the shapes of what stands in it, the arguments."""
+    where = mine.__code__.co_filename if hasattr(mine, "__code__") else ""
+    trace, here = error.__traceback__, None
+    while trace:
+        here = trace if trace.tb_frame.f_code.co_filename == where else here
+        trace = trace.tb_next
+    lines = [f"it stopped with {type(error).__name__}: {str(error).splitlines()[0][:200]}"
+             if str(error) else f"it stopped with {type(error).__name__}"]
+    if here:
+        code = linecache.getline(where, here.tb_lineno).strip()
+        first = here.tb_frame.f_code.co_firstlineno
+        lines.append(f"  at line {here.tb_lineno - first + 1} of {here.tb_frame.f_code.co_name}: "
+                     f"{code}")
+        names = dict.fromkeys(re.findall(r"\b[A-Za-z_]\w*\b", code))
+        known = {n: here.tb_frame.f_locals[n] for n in names if n in here.tb_frame.f_locals}
+        if known:
+            lines.append("  there: " + ", ".join(f"{n} {_kind(x)}" for n, x in known.items()))
+    named = zip(_parameters(mine, arguments), arguments)
+    lines.append("  called with: " + ", ".join(f"{name} {_kind(x)}" for name, x in named))
+    return "\n".join(lines)
+
+
+def _kind(x):
+    return (f"{x.shape}" if isinstance(x, np.ndarray) else f"= {x!r}" if isinstance(
+        x, (int, float, str, np.generic)) else f"({type(x).__name__})")
+
+
+def _parameters(mine, arguments):
+    names = list(inspect.signature(mine).parameters)
+    return [*names, *(f"argument {i}" for i in range(len(names), len(arguments)))]
+
+
+def _gradient(mine, f, inputs, wrt):
+    """One case by differences of f.   ->  list of Row, message or ""."""
+    places, names = _chosen(f, inputs, wrt)
+
+    def _complete(chosen):
+        chosen = dict(zip(places, chosen))
+        return [chosen.get(place, x) for place, x in enumerate(copies(inputs))]
+
+    def _claims(dy, *chosen):
+        found = mine(dy, *_complete(chosen))
+        named = dict(zip(names, chosen))
+        return tuple(np.asarray(y, float) if isinstance(y, list) else y
+                     for y in _taken(found, named).values())
+    try:
+        report: Any = check_gradient(lambda *chosen: f(*_complete(chosen)), _claims,
+                                     *(inputs[place] for place in places), names=names, report=True,
+                                     elements=SINGLY)
+    except (GradientError, UndecidedError) as error:
+        return [Row(", ".join(names), False, False, np.inf, "its type")], str(error)
+    failures = [failure.splitlines()[0] for failure in report.failures]
+    return list(report.rows), failures[0] if failures else ""
+
+
+def _outputs(expected):
+    """The results of the right function by name."""
+    if isinstance(expected, dict):
+        return expected
+    if isinstance(expected, tuple) and len(expected) > 1:
+        return {f"output {i}": y for i, y in enumerate(expected)}
+    return {"": expected[0] if isinstance(expected, tuple) and expected else expected}
+
+
+def _taken(found, expected):
+    """The student's results by the same names; lists and tuples do for arrays.   ->  {name: array}
+    Raises TypeError: nothing returned, or another number of results.
+    """
+    if found is None:
+        raise TypeError("found None, needed " + (", ".join(filter(None, expected)) or "an array")
+                        + "; is there a return?")
+    if isinstance(found, dict) and set(found) == set(expected):
+        return {name: found[name] for name in expected}
+    if len(expected) == 1:
+        shape = np.shape(next(iter(expected.values())))
+        if isinstance(found, (tuple, list)) and len(found) == 1 and np.shape(found) != shape:
+            found = found[0]
+        elif isinstance(found, (tuple, list)) and any(isinstance(y, np.ndarray) and np.shape(y)
+                                                      == shape for y in found[:1]):
+            raise TypeError(f"found {len(found)} results, needed 1")
+        found = [found]
+    if not isinstance(found, (tuple, list, np.ndarray)) or len(found) != len(expected):
+        count = len(found) if isinstance(found, (tuple, list, dict)) else 1
+        raise TypeError(f"found {count} results, needed {len(expected)}")
+    return dict(zip(expected, found))
+
+
+def _values(mine, reference, f, arguments, wrt, tolerance, most_calls, most_products):
+    """The outputs of both functions, element by element; the arguments must be left as they were.
+    ->  list of Row, message or "", Failure or None
+    """
+    expected = _outputs(reference(*copies(arguments)))
+    if f and "" in expected or f and "output 0" in expected:
+        expected = dict(zip(_chosen(f, arguments[1:], wrt)[1], expected.values()))
+    handed_out, calls = copies(arguments), [0]
+
+    def _counted(function):
+        def _call(*inputs, **options):
+            calls[0] += 1
+            return function(*inputs, **options)
+        return _call
+    if most_calls is not None:
+        handed_out = [_counted(x) if callable(x) else x for x in handed_out]
+    found = mine(*handed_out)
+    try:
+        found = _taken(found, expected)
+    except TypeError as error:
+        return [Row("", False, False, np.inf, "its count")], str(error), None
+    judged = [_compare(name, found[name], y, tolerance) for name, y in expected.items()]
+    rows, messages = [row for row, _ in judged], [message for _, message in judged if message]
+    names = _parameters(mine, arguments)
+    if messages:
+        arrays = [[_array(y)[0] for y in values.values()] for values in (found, expected)]
+        failure = None if any(x is None for side in arrays for x in side) else Failure(
+            names, tuple(arguments), *arrays)
+        right = [row.name for row, message in judged if not message and row.name]
+        return rows, messages[0] + (f" {', '.join(right)}: right." if right else ""), failure
+    for name, _ in changed(names, arguments, handed_out):
+        return rows, (f"found {name} changed, needed it as it was; arguments are only to be read, "
+                      "so work on a copy"), None
+    if most_calls is not None and calls[0] > most_calls:
+        return rows, f"the value is right, after {calls[0]} calls; {most_calls} are enough", None
+    if most_products is not None:
+        _Counting.products = 0
+        mine(*(x.view(_Counting) if isinstance(x, np.ndarray) else x for x in copies(arguments)))
+        if _Counting.products > most_products:
+            return rows, (f"the value is right, by {_Counting.products} products; "
+                          f"{most_products} are enough"), None
+    return rows, "", None
+
+
+def _array(value):
+    """->  array, or None and what it is instead"""
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        return None, "lists of different lengths"
+    return (array, "") if array.dtype.kind in "biuf" else (
+        None, f"complex numbers" if array.dtype.kind == "c" else type(value).__name__)
+
+
+def _compare(name, found, expected, tolerance):
+    """->  Row, message of the worst element or "" """
+    begin = f"{name}: " if name else ""
+    array, what = _array(found)
+    expected = np.asarray(expected)
+    if array is None:
+        return (Row(name, False, False, np.inf, "its type"),
+                f"{begin}found {what}, needed numbers of shape {expected.shape}")
+    if array.shape != expected.shape:
+        return (Row(name, False, False, np.inf, "its shape"),
+                f"{begin}found shape {array.shape}, needed {expected.shape}")
+    kinds = {"b": "True and False", "i": "whole numbers", "u": "whole numbers", "f": "float64"}
+    needs, has = kinds[expected.dtype.kind], kinds[array.dtype.kind]
+    if expected.dtype.kind == "f":
+        narrow = array.dtype.kind == "f" and array.dtype.itemsize < expected.dtype.itemsize
+        has = str(array.dtype) if narrow else needs
+    if expected.size and has != needs and isinstance(found, (np.ndarray, np.generic)):
+        return (Row(name, False, False, np.inf, "its type"),
+                f"{begin}found {has}, needed {needs}: another kind of number (dtype)")
+    x, y = array.astype(float), expected.astype(float)
+    off, bound = differences(x, y), tolerance * max(largest(y), TINY)
+    good = off <= bound
+    row = Row(name, bool((off == 0).all()), bool(good.all()), float(off.max(initial=0.0)),
+              OWN_FUNCTION)
+    if good.all():
+        return row, ""
+    worst = np.unravel_index(int(np.argmax(off)), off.shape)
+    where = f"[{', '.join(str(int(n)) for n in worst)}]" if off.ndim else ""
+    return row, (f"{begin or 'the result'}{where}".replace(": [", "[") + f": found {x[worst]:.6g}, "
+                 f"needed {y[worst]:.6g}; {int((~good).sum())} of {good.size} elements are wrong.")
+
+
+def _chosen(f, inputs, wrt):
+    """Places of the inputs that the gradient is asked for, and what to call their gradients."""
+    names = [name for name, _ in zip(inspect.signature(f).parameters, inputs)]
+    if wrt is None:
+        wrt = tuple(name for name, x in zip(names, inputs)
+                    if isinstance(x, np.ndarray) and x.dtype.kind == "f")
+    wrt = (wrt,) if isinstance(wrt, str) else tuple(wrt)
+    if not set(wrt) <= set(names):
+        raise ValueError(f"wrt: found {', '.join(wrt)}, needed parameters of f among "
+                         f"{', '.join(names)}")
+    return [names.index(name) for name in wrt], [f"d{name}" for name in wrt]
