@@ -62,11 +62,11 @@ def _axis(k, name="it"):
     return f"the {AXES[k]} axis" if k < len(AXES) else f"axis {k}"
 
 
-def _common(failures, candidates: Callable[[Failure], Iterator[tuple[str, list]]]):
+def _common(failures, candidates: Callable[..., Iterator[tuple[str, list]]]):
     """The first sentence whose arrays are the found ones in every failure."""
     kept: dict[str, None] | None = None
     for case in failures:
-        told = dict.fromkeys(text for text, arrays in candidates(case)
+        told = dict.fromkeys(text for text, arrays in candidates(case, kept)
                              if (kept is None or text in kept) and _same(case.found, arrays))
         kept = told if kept is None else {text: None for text in kept if text in told}
         if not kept:
@@ -80,10 +80,10 @@ def _form(failures):
            for a, b in zip(case.found, case.expected)):
         return ""
     turned = [list(case.found) for case in failures]
-    if _common(failures, lambda case: iter([("x", case.expected[::-1])])):
+    if _common(failures, lambda case, _: iter([("x", case.expected[::-1])])):
         return "The results are the right ones, in another order."
 
-    def _shapes(case):
+    def _shapes(case, _):
         for k in range(max(np.ndim(y) for y in case.found + case.expected)):
             for text, change in ((f"{_axis(k)} was kept, with length 1",
                                   lambda y: np.expand_dims(y, k)),
@@ -151,14 +151,15 @@ def _factors(case):
             sizes[f"the number of elements of a clip of {name}"] = x.size // max(len(x), 1)
         elif isinstance(x, (int, float)) and not isinstance(x, bool):
             sizes[name] = x
-    for what, n in sizes.items():
-        if n not in (0, 1, -1):
-            mean, total = ((": a mean for a sum?", ": a sum for a mean?") if "the l" in what
-                           or "the n" in what else ("", ""))
-            for square in ("", "the square of ", "twice ", "half of "):
-                part = {"": n, "the square of ": n * n, "twice ": 2 * n, "half of ": n / 2}[square]
-                yield f"divided by {square}{what} once too often{mean}", 1 / part
-                yield f"multiplied by {square}{what} once too often, or not divided{total}", part
+    for part, power, factor in (("", 1, 1), ("the square of ", 2, 1), ("twice ", 1, 2),
+                                ("half of ", 1, .5)):
+        for what, size in sizes.items():
+            n, counted = factor * size ** power, what.startswith(("the length", "the number"))
+            if size not in (0, 1, -1):
+                yield (f"divided by {part}{what} once too often"
+                       + ": a mean for a sum" * counted, 1 / n)
+                yield (f"multiplied by {part}{what} once too often"
+                       + ", or not divided: a sum for a mean" * counted, n)
 
 
 def _scaled(case, arrays, any_factor=False):
@@ -268,7 +269,7 @@ def _of_argument(name, x):
 
 def _rival(right, failures):
     """A mistake that gives all the numbers that were found."""
-    def _outputs(case):
+    def _outputs(case, _):
         for text, arrays in _scaled(case, case.expected):
             yield f"Everything is {text}.", arrays
         for made in zip(*(list(_of_answers(y)) for y in case.expected)):
@@ -288,10 +289,11 @@ def _rival(right, failures):
                         yield f"Result {i} is {text}.", [
                             *case.found[:i], array, *case.found[i + 1:]]
 
-    def _inputs(case):
+    def _inputs(case, kept):
         for i, (name, x) in enumerate(zip(case.names, case.arguments)):
             for text, value in _of_argument(name, x):
-                yield from _asked(case, {i: value}, text)
+                if kept is None or any(f" if {text}" in other for other in kept):
+                    yield from _asked(case, {i: value}, text)
             for j, y in enumerate(case.arguments[:i]):
                 if type(x) is type(y) and np.shape(x) == np.shape(y):
                     yield from _asked(case, {i: y, j: x},
@@ -306,13 +308,13 @@ def _rival(right, failures):
         for more, scaled in _scaled(case, arrays):
             yield f"It is what would be right if {text}, and {more}.", scaled
     return _common(failures, _outputs) or _common(failures, _inputs) or _common(
-        failures, lambda case: ((f"Everything is {text}.", arrays) for text, arrays in
+        failures, lambda case, _: ((f"Everything is {text}.", arrays) for text, arrays in
                                 _scaled(case, case.expected, any_factor=True)))
 
 
 def _difference(failures):
     """What was added that should not be, or is missing."""
-    def _terms(case):
+    def _terms(case, _):
         for name, x in zip(case.names, case.arguments):
             if isinstance(x, (np.ndarray, float)) and np.asarray(x).dtype.kind == "f":
                 for factor, text in ((1, "once too often"), (-1, "once too rarely"),

@@ -258,6 +258,9 @@ def _taken(found, expected):
         return {name: found[name] for name in expected}
     if len(expected) == 1:
         shape = np.shape(next(iter(expected.values())))
+        if isinstance(found, (tuple, list)) and len({np.shape(y) for y in found if isinstance(
+                y, np.ndarray)}) > 1:
+            raise TypeError(f"found {len(found)} results, needed 1")
         if isinstance(found, (tuple, list)) and len(found) == 1 and np.shape(found) != shape:
             found = found[0]
         elif isinstance(found, (tuple, list)) and any(isinstance(y, np.ndarray) and np.shape(y)

@@ -6,11 +6,13 @@ which the pictures name. Figures belong to no window and to no global state: the
 Lengths of a layout are multiples of a figure's leg; margins of a page are in inches.
 """
 
+import base64
 from collections.abc import Iterable, Mapping
 import io
 from pathlib import Path
 from typing import Any
 
+from matplotlib import pyplot
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
@@ -263,6 +265,35 @@ class Picture(Figure):
         file = io.BytesIO()
         self.savefig(file, format="png", metadata={"Software": None})
         return file.getvalue()
+
+
+class Described:
+    """A figure and what it shows, in words, for who cannot see it; a notebook shows both."""
+
+    def __init__(self, figure: Figure, alt: str):
+        self.figure, self.alt = figure, alt
+
+    def __repr__(self):
+        return self.alt
+
+    def _repr_mimebundle_(self, include=None, exclude=None):
+        file = io.BytesIO()
+        self.figure.savefig(file, format="png", dpi=100, metadata={"Software": None})
+        return ({"image/png": base64.b64encode(file.getvalue()).decode(), "text/plain": self.alt},
+                {"image/png": {"alt": self.alt}})
+
+
+def described(figure: Figure, alt: str) -> Described:
+    """A figure with an alternative text, as the last line of a notebook's cell, in the place of
+    `plt.show()`.
+
+    alt : what the picture shows, in a sentence
+
+    >>> described(Figure(), "an empty picture")
+    an empty picture
+    """
+    pyplot.close(figure)
+    return Described(figure, alt)
 
 
 def _figure(width, height):
