@@ -11,9 +11,10 @@ def my_numbers(positions, floor):
     ahead = f66.facing(positions)
     yaw = np.arctan2(ahead[:, 0], ahead[:, 1])
 
-    def turned(v, angle):                                # v (..., 3), by angle about y
+    def turned(v, angle):                                # v : (..., 3), about y
         c, s = np.cos(angle), np.sin(angle)
-        return np.stack([c * v[..., 0] + s * v[..., 2], v[..., 1], c * v[..., 2] - s * v[..., 0]], -1)
+        x, y, z = np.moveaxis(v, -1, 0)
+        return np.stack([c * x + s * z, y, c * z - s * x], axis=-1)
 
     root = np.stack([x, np.full(len(x), floor), z], axis=1)
     local = turned(positions - root[:, None], -yaw[:, None])
@@ -54,7 +55,7 @@ def my_hidden_backward(dH, X, W0, b0):
     kept = hidden(X, W0, b0)
     Z, P = kept["Z"], kept["P"]
     dP = np.where(P > 0, dH, 0)
-    first = Z[:, :, 0:2 * P.shape[2]:2] >= Z[:, :, 1::2]             # in a tie, the first of the pair
+    first = Z[:, :, 0:2 * P.shape[2]:2] >= Z[:, :, 1::2]     # in a tie, the first
     dZ = np.zeros_like(Z)
     dZ[:, :, 0:2 * P.shape[2]:2] = np.where(first, dP, 0)
     dZ[:, :, 1::2] = np.where(first, 0, dP)
@@ -123,7 +124,8 @@ def my_losses_backward(dE, H, m, hidden, gram, contacts, bones, wanted, weights)
     dm_foot[:, :63].reshape(N, 21, 3, T)[:, list(FEET)] = dfoot
     dm_foot[:, 63, :-1] = (foot[:, :, 2, :-1] * dslide[:, :, 0]
                            - foot[:, :, 0, :-1] * dslide[:, :, 2]).sum(axis=1)
-    dm_foot[:, 64, :-1], dm_foot[:, 65, :-1] = dslide[:, :, 2].sum(axis=1), dslide[:, :, 0].sum(axis=1)
+    dm_foot[:, 64, :-1] = dslide[:, :, 2].sum(axis=1)
+    dm_foot[:, 65, :-1] = dslide[:, :, 0].sum(axis=1)
 
     one, other = np.array(BONES).T
     between = p[:, one] - p[:, other]
@@ -154,14 +156,16 @@ def my_gradients(params, I, known, L, mean, deviation, weights):
     d = losses_backward(dE, H, m, **known, weights=weights)
     dO = hidden_backward(d["dH"], O, **L)["dX"] + d["dm"] * deviation[:, None]
     d_T = transform_backward(dO, I, **params)
-    return {"O": O, "m": m, "H": H, "E": E, "dO": dO, **{f"d{name}": d_T[f"d{name}"] for name in params}}
+    return {"O": O, "m": m, "H": H, "E": E, "dO": dO,
+            **{f"d{name}": d_T[f"d{name}"] for name in params}}
 
 
 def my_adam(p, g, m, v, t, rate):
     m = 0.9 * m + 0.1 * g
     v = 0.999 * v + 0.001 * g * g
     m_hat, v_hat = m / (1 - 0.9 ** t), v / (1 - 0.999 ** t)
-    return {"m": m, "v": v, "m_hat": m_hat, "v_hat": v_hat, "p": p - rate * m_hat / (np.sqrt(v_hat) + 1e-8)}
+    return {"m": m, "v": v, "m_hat": m_hat, "v_hat": v_hat,
+            "p": p - rate * m_hat / (np.sqrt(v_hat) + 1e-8)}
 
 
 def my_stylise(features, params, L, mean, deviation):

@@ -88,7 +88,8 @@ def _hidden_backward(dH, X, W0, b0, *, masked=True, both=False, last=False):
     dZ = np.zeros_like(Z)
     dZ[:, :, 0:pairs:2] = np.where(first | both, dP, 0)
     dZ[:, :, 1::2] = np.where(~first | both, dP, 0)
-    return {"dP": dP, "dZ": dZ, **dict(zip(("dX", "dW0", "db0"), nn.conv1d_backward(dZ, X, W0, b0)))}
+    dX, dW0, db0 = nn.conv1d_backward(dZ, X, W0, b0)
+    return {"dP": dP, "dZ": dZ, "dX": dX, "dW0": dW0, "db0": db0}
 
 
 def my_hidden_backward__relu_mask_missing(*arguments):
