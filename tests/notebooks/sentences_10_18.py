@@ -123,7 +123,8 @@ SENTENCES = {
     ],
     "16": [
         ("the same one too, at its beginning",
-         "list(segmented(np.concatenate([words[1], words[1]]), words)[1]) == [1, 1]"),
+         "list(segmented(np.tile([[0.0, 0.0], [3.0, 1.0]], (2, 1)), [np.array([[0.0, 0.0],"
+         " [3.0, 1.0]]), np.ones((2, 2))])[1]) == [0, 0]"),
         ("Every step costs one evaluation and shrinks the interval by $r$",
          "np.isclose(1 - (np.sqrt(5) - 1) / 2, ((np.sqrt(5) - 1) / 2) ** 2)"),
         ("the cost is $\\min_i C(T-1, T_i - 1, i)$",
