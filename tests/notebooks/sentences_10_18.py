@@ -95,8 +95,8 @@ SENTENCES = {
         ("$\\alpha = 0$ gives back $i$", "np.abs(blend(a.angles, b.angles, path, 0.0)"
          " - a.angles).max() < 1e-6"),
         ("Aligned, the blend is the bow;\nstretched to one length and averaged",
-         "np.abs(made - align.read_at(a.angles, np.linspace(0, len(a.angles) - 1, len(made)))).mean()"
-         " < 10 and len(stretched) == 100"),
+         "np.abs(made - align.read_at(a.angles, np.linspace(0, len(a.angles) - 1, len(made))))"
+         ".mean() < 10 and len(stretched) == 100"),
         ("the mean of their places moves north-east, at $1/\\sqrt 2$ of the speed",
          "np.isclose(np.hypot(0.5, 0.5), 1 / np.sqrt(2))"),
         ("Average what a body feels, not where it is",
@@ -119,7 +119,8 @@ SENTENCES = {
         ("\\min P = -\\min D", "abs(min(P) - floor) < 0.05 * floor"),
         ("Each value of $-D$ is a floor that $P$ cannot go below", "min(P) > floor - 1e-9"),
         ("examples inside the tube have $\\beta_n = 0$",
-         "np.all(np.abs(beta[np.abs(v - svr.predict_svr(K, beta, b[0])) < epsilon - 0.02]) < 1e-6)"),
+         "np.all(np.abs(beta[np.abs(v - svr.predict_svr(K, beta, b[0])) < epsilon - 0.02])"
+         " < 1e-6)"),
     ],
     "16": [
         ("the same one too, at its beginning",

@@ -89,7 +89,8 @@ def test_intermediates_are_named():
             if isinstance(function, ast.FunctionDef):
                 for node in ast.walk(function):
                     if isinstance(node, ast.Return) and isinstance(node.value, ast.Dict):
-                        keys = [key.value for key in node.value.keys if isinstance(key, ast.Constant)]
+                        keys = [key.value for key in node.value.keys
+                                if isinstance(key, ast.Constant)]
                         if path.stem >= "18" or "steps" in function.name:
                             named[path.stem[:2], function.name] = keys
     assert sum(map(len, named.values())) >= NAMED, named
