@@ -40,7 +40,8 @@ def cells_run(folder, written, train=True):
     names = {"__name__": "__main__"}
     with contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()) as printed:
         for i, cell in enumerate(books.cells(PATH)):
-            if cell.kind == "code" and (train or "\nwalked = " not in cell.source):
+            shows = "\nwalked = " in cell.source or "on_the_spot" in cell.source
+            if cell.kind == "code" and (train or not shows):
                 text = answer(cell.exercise) if cell.exercise in written else cell.source
                 if not train:
                     text = text.replace("= 9, 48, 24, 120, 120", "= 9, 4, 2, 40, 120")
