@@ -346,7 +346,7 @@ TORRESANI = Paper(
         Statement(
             "Joining the pieces",
             "The blends are concatenated.",
-            functions=("torresani2006.synthesise.join",), departures=("2006, joining",),
+            functions=("torresani2006.join.join",), departures=("2006, joining",),
             operations=("joined_motions",), notebooks=("16",)),
         Statement(
             "Section 8: data",
@@ -363,7 +363,7 @@ TORRESANI = Paper(
             "linear ridge 1.03, 1.04, 1.01; kernel ridge 0.50, 0.39, 0.60; support vectors 0.48, "
             "0.48, 0.61. Linear interpolation is printed as alpha e_i + (1 - alpha) e_j, which "
             "contradicts section 5.",
-            functions=("experiments.torresani.table_1",), departures=("2006, section 8",),
+            functions=("experiments.learning.table_1",), departures=("2006, section 8",),
             notebooks=("15",), here="[Perceptual styles](perceptual_styles.md)."),
         Statement(
             "Figure 1: efforts along alpha",

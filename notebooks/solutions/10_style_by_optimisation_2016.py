@@ -7,15 +7,15 @@ from refimpl import nn
 
 def my_hidden_loss_backward(dE, H, content, gram, s):
     _, m, T = H.shape
-    D = H @ H.swapaxes(1, 2) - gram                                   # (N, m, m), symmetric
-    dH = 4 * s / m**2 * (D @ H) + 2 * (1 - s) / (m * T) * (H - content)
+    error = H @ H.swapaxes(1, 2) - gram                               # (N, m, m), symmetric
+    dH = 4 * s / m**2 * (error @ H) + 2 * (1 - s) / (m * T) * (H - content)
     return dH * dE[:, None, None]
 
 
 def my_decoded_motion_backward(dm, H, W0, b0, deviation):
     dX = dm * deviation[:, None]                                      # (N, 66, 2 T)
-    dE = nn.conv1d(dX, W0)                                            # (N, m, 2 T)
-    return 0.5 * (dE[:, :, 0::2] + dE[:, :, 1::2])
+    dD = nn.conv1d(dX, W0)                                            # (N, m, 2 T)
+    return 0.5 * (dD[:, :, 0::2] + dD[:, :, 1::2])
 
 
 def my_walked_as(content, result):

@@ -6,6 +6,16 @@ from refimpl import nn
 from refimpl.holden2017 import losses, networks, objective
 
 
+def my_transform_steps(dY, X, W1, b1, W2, b2, W3, b3):
+    A1 = nn.conv1d(X, W1, b1)
+    R1 = nn.relu(A1)
+    A2 = nn.conv1d(R1, W2, b2)
+    dR2 = nn.conv1d_backward(dY, nn.relu(A2), W3, b3)[0]
+    dA2 = nn.relu_backward(dR2, A2)
+    dR1 = nn.conv1d_backward(dA2, R1, W2, b2)[0]
+    return {"dR2": dR2, "dA2": dA2, "dR1": dR1, "dA1": nn.relu_backward(dR1, A1)}
+
+
 def my_transform_backward(dY, X, W1, b1, W2, b2, W3, b3):
     A1 = nn.conv1d(X, W1, b1)
     R1 = nn.relu(A1)

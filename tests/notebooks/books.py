@@ -17,7 +17,7 @@ ORDER = ("00_start_here", "01_read_a_motion", "02_the_66_numbers",
          "06_gram_matrix_and_style", "07_motion_constraints", "08_adam", "09_train_the_manifold",
          "10_style_by_optimisation_2016", "11_fast_style_2017", "12_plant_the_feet",
          "13_fast_convolution", "14_align_and_interpolate", "15_learn_effort",
-         "16_segment_and_synthesise", "17_check_your_own_backend")
+         "16_segment_and_synthesise", "17_check_your_own_backend", "18_your_own_system")
 METADATA = {"kernelspec": {"display_name": "Python 3 (ipykernel)", "language": "python",
                            "name": "python3"}, "language_info": {"name": "python"}}
 

@@ -87,3 +87,25 @@ def my_step__losses_of_the_input(I, arrays, forward, backward, through):
 
 def my_step__divided_by_the_frames(I, arrays, forward, backward, through):
     return through(backward(np.full(len(I), 1 / I.shape[2]), forward(I, *arrays)), I, *arrays)[1:]
+
+
+def _steps(dY, X, W1, b1, W2, b2, W3, b3, *, masks=(True, True), by_gradient=False):
+    A1 = nn.conv1d(X, W1, b1)
+    A2 = nn.conv1d(nn.relu(A1), W2, b2)
+    dR2 = nn.conv1d_backward(dY, nn.relu(A2), W3, b3)[0]
+    dA2 = nn.relu(dR2) if by_gradient else nn.relu_backward(dR2, A2) if masks[1] else dR2.copy()
+    dR1 = nn.conv1d_backward(dA2, nn.relu(A1), W2, b2)[0]
+    dA1 = nn.relu_backward(dR1, A1) if masks[0] else dR1.copy()
+    return {"dR2": dR2, "dA2": dA2, "dR1": dR1, "dA1": dA1}
+
+
+def my_transform_steps__second_mask_missing(*arguments):
+    return _steps(*arguments, masks=(True, False))
+
+
+def my_transform_steps__first_mask_missing(*arguments):
+    return _steps(*arguments, masks=(False, True))
+
+
+def my_transform_steps__masked_by_the_gradient(*arguments):
+    return _steps(*arguments, by_gradient=True)

@@ -73,3 +73,18 @@ def my_overlap_save__as_long_as_the_input(x, K, n, correlate):
 
 def my_overlap_save__begins_before_the_signal(x, K, n, correlate):
     return _save(np.concatenate([np.zeros(1), x]), K, n, correlate)[:-1]
+
+
+def my_overlap_save__one_frame_of_each_tile(x, K, n, correlate):
+    return np.array([correlate(np.concatenate([x[t:], np.zeros(n)])[:n])[0]
+                     for t in range(len(x) - K + 1)])
+
+
+def my_overlap_save__zeros_only_where_a_whole_tile_is_missing(x, K, n, correlate):
+    L = n - K + 1
+    pieces = [correlate(x[begin:begin + n]) for begin in range(0, len(x) - K + 1, L)]
+    return np.concatenate(pieces)[:len(x) - K + 1]
+
+
+def my_three_products__four_of_them(a, b, c, d):
+    return a @ c - b @ d, a @ d + b @ c
