@@ -21,7 +21,8 @@ PARTS = {
     "The papers": ("docs/holden2017", "docs/torresani2006", "docs/code_of_2016", "docs/departures"),
     "Notebooks": ("notebooks/README", *(f"notebooks/{path.stem}" for path in
                                         sorted((ROOT / "notebooks").glob("[0-9]*.ipynb")))),
-    "Measured": ("docs/results", "docs/recipe", "docs/speed"),
+    "Measured": ("docs/results", "docs/paper_problem", "docs/recipe", "docs/torresani", "docs/score",
+                 "docs/speed"),
     "Your own implementation": ("docs/kit", "docs/conventions"),
     "The house": ("CONTRIBUTING", "CHANGELOG", "api/index"),
 }

@@ -92,7 +92,8 @@ def test_a_part_of_a_clip_alone_is_stylised_and_written(models, folder, tmp_path
 def test_a_path_has_its_yardstick_and_a_clip_out_of_range_its_warning(models, folder, tmp_path,
                                                                       capsys, still):
     """A network of two epochs leaves any path; the result does not. Of a clip in which nothing
-    moves it is told, in one line, and the command is done and good.
+    moves it is told that nothing does and that the style has not seen it, a line each, and the
+    command is done and good.
     """
     clip = bvh.read_bvh(folder / "walk_normal_1.bvh")
     values = np.repeat(clip.values[:1], 300, axis=0) if still else clip.values
@@ -101,7 +102,9 @@ def test_a_path_has_its_yardstick_and_a_clip_out_of_range_its_warning(models, fo
                  str(tmp_path / "out.bvh"), "--json", str(tmp_path / "out.json")]) == 0
     said, row = capsys.readouterr(), json.loads((tmp_path / "out.json").read_text())["rows"][0]
     assert "of a way of" in said.out and row["mean path error"] < 0.05 * row["way"] + 8
-    assert said.err.count("outside of what the style learnt on") == said.err.count("\n") == still
+    assert said.err.count("outside of what the style learnt on") == still
+    assert said.err.count("no joint moves in any frame") == still
+    assert said.err.count("\n") == 2 * still
     assert (row["strangeness"] > 0.25) is still and bool(row["warnings"]) is still
 
 

@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"{out}: {count} motions in clips/, index.html to look at them, sheet.csv to fill in")
         return
     if arguments.labels:
-        Z, Y, told = sheets.labelled(database, arguments.labels, arguments.blends, seed)
+        Z, Y, told = sheets.from_sheets(database, arguments.labels, arguments.blends, seed)
         told["table 1"] = sheets.table_of_sheets(Z, Y, seed=seed)
         for effort, x in told["agreement"].items():
             print(f"analysts on {effort}: correlation {x['correlation']:.2f}, mean difference "
@@ -121,7 +121,7 @@ def _measured(cast, arguments):
             errors = learning.table_1(
                 learning.drawn(own), arguments.draws, arguments.splits, seed=seed,
                 report=Progress(arguments.draws, f"draw, labels by {sight.name}").step)
-            found["table 1"][sight.name] = learning.summary(errors)
+            found["table 1"][sight.name] = learning.over_draws(errors)
             print(f"Table 1, labels by the observer of {sight.name}: error and spread over draws")
             print("\n".join(table(learning.table_rows(found["table 1"][sight.name]))))
     if "contents" in arguments.only:

@@ -31,10 +31,10 @@ class Counting(np.ndarray):
         return super().__array_function__(func, types, args, kwargs)
 
 
-def results(expected: Any) -> dict[str, Any]:
+def named_results(expected: Any) -> dict[str, Any]:
     """The results of the right function by name.
 
-    >>> results((1, 2)), results(3)
+    >>> named_results((1, 2)), named_results(3)
     ({'output 0': 1, 'output 1': 2}, {'': 3})
     """
     if isinstance(expected, dict):

@@ -37,11 +37,11 @@ def lost(failures: Sequence[Failure]) -> Iterator[str]:
             yield f"The right answer is {text}; this one is not."
 
 
-def reach(mine: Asked, right: Asked, failures: Sequence[Failure]) -> Iterator[str]:
+def reached(mine: Asked, right: Asked, failures: Sequence[Failure]) -> Iterator[str]:
     """Where a single upstream 1 arrives, and where it should.
 
     >>> case = Failure(["dy"], (np.ones((1, 3)),), [np.ones((1, 3))], [np.ones((1, 3))])
-    >>> next(reach(lambda dy: [0 * dy], lambda dy: [dy], [case]))[:51]
+    >>> next(reached(lambda dy: [0 * dy], lambda dy: [dy], [case]))[:51]
     'A single upstream 1 reaches fewer places than it sh'
     """
     told = dict.fromkeys(text for case in failures[-4:] for text in [_reached(mine, right, case)]

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .behaviour import lost, places, questions, reach
+from .behaviour import lost, places, questions, reached
 from .rivals import (Failure, axis_name, ORDINALS, made_of_answer, made_of_argument, same,
                      scaled_answers)
 from ..gradcheck.contract import copies
@@ -46,19 +46,19 @@ def explain(mine: Callable[..., Any], right: Callable[..., list], failures: Sequ
     kept = sorted(kept, key=lambda case: sum(np.size(y) for y in case.expected))
     few = [case for case in kept if any(np.any(y) for y in case.expected)][:4] or kept[:4]
     with np.errstate(all="ignore"):
-        where = split(failures[0].names, [case.arguments for case in failures], passed)
+        where = told_apart(failures[0].names, [case.arguments for case in failures], passed)
         if all(np.asarray(y).dtype == bool and np.size(y) == 1 for y in few[0].expected):
             return where                         # yes or no: nothing to compare
         return _form(few) or " ".join(filter(None, [
             _rival(right, few) or _difference(few) or " ".join(sorted(
-                [*lost(few), *places(few), *(reach(mine, right, kept) if linear else ()),
+                [*lost(few), *places(few), *(reached(mine, right, kept) if linear else ()),
                  *questions(mine, right, few)], key=lambda text: "positions" in text)[:3]), where]))
 
 
-def split(names: Sequence[str], failed: Sequence[tuple], passed: Sequence[tuple]) -> str:
+def told_apart(names: Sequence[str], failed: Sequence[tuple], passed: Sequence[tuple]) -> str:
     """What all cases that failed have in common and none that passed, or "".
 
-    >>> split(["x"], [(np.zeros(3),), (np.zeros(5),)], [(np.zeros(2),), (np.zeros(4),)])
+    >>> told_apart(["x"], [(np.zeros(3),), (np.zeros(5),)], [(np.zeros(2),), (np.zeros(4),)])
     'Wrong where the first axis of x has an odd length.'
     """
     if len(passed) < 2:

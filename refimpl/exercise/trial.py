@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from .answers import Counting, as_array, compared, results, taken
+from .answers import Counting, as_array, compared, named_results, taken
 from .mistakes import explain
 from .rivals import Failure
 from ..gradcheck import derivative
@@ -27,7 +27,7 @@ from ..gradcheck.report import Row, verdicts
 
 TOLERANCE = 1e-10     # against the package's own function, relative to the largest element
 SINGLY = 100          # elements of an input that are checked one by one; of more, a sample
-DRAWN = 30            # elements that an array may have to be drawn
+PICTURED = 30            # elements that an array may have to be drawn
 
 
 def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapping[str, tuple], *,
@@ -37,7 +37,7 @@ def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapp
     """Judge a student's function, and say aloud what came out.
 
     mine, reference : the student's function and the package's, with the same arguments; of several
-    results, a tuple, or a dict of named ones, which are told one by one;
+    named_results, a tuple, or a dict of named ones, which are told one by one;
     cases : {label: inputs}, each a tuple of arguments (for a gradient, those of f). The label of a
     case is told when it fails, so it names what is special about it;
     f : given for a gradient. Then mine(dy, *inputs) is asked for the gradients with respect to
@@ -122,7 +122,7 @@ def _told(mine, reference, failures, passed, linear):
         def _listed(function):
             def _answers(*arguments):
                 with np.errstate(all="ignore"):
-                    expected = results(reference(*copies(arguments)))
+                    expected = named_results(reference(*copies(arguments)))
                     found = taken(function(*copies(arguments)), expected)
                 return [np.asarray(y) for y in found.values()]
             return _answers
@@ -143,10 +143,10 @@ def _drawn(failure):
     """Lines: the arguments, the answer found and the one needed, where they are small."""
     pairs = [(x, y) for x, y in zip(failure.found, failure.expected)
              if np.shape(x) == np.shape(y) and differences(x, y).any()][:1]
-    if not pairs or np.size(pairs[0][1]) > DRAWN or np.ndim(pairs[0][1]) == 0:
+    if not pairs or np.size(pairs[0][1]) > PICTURED or np.ndim(pairs[0][1]) == 0:
         return
     shown = [(name, x) for name, x in zip(failure.names, failure.arguments)
-             if isinstance(x, np.ndarray) and x.size <= DRAWN] + [
+             if isinstance(x, np.ndarray) and x.size <= PICTURED] + [
         ("yours", pairs[0][0]), ("needed", pairs[0][1])]
     for name, x in shown:
         text = np.array2string(np.squeeze(np.asarray(x)), precision=3, suppress_small=True)
@@ -226,7 +226,7 @@ def _values(mine, reference, f, arguments, wrt, tolerance, most_calls, most_prod
     """The outputs of both functions, element by element; the arguments must be left as they were.
     ->  list of Row, message or "", Failure or None
     """
-    expected = results(reference(*copies(arguments)))
+    expected = named_results(reference(*copies(arguments)))
     if f and "" in expected or f and "output 0" in expected:
         expected = dict(zip(_chosen(f, arguments[1:], wrt)[1], expected.values()))
     handed_out, calls = copies(arguments), [0]

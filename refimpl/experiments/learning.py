@@ -100,10 +100,11 @@ def drawn(database: Database, blends: int = PAPER_BLENDS
     return _draw
 
 
-def summary(errors: Mapping[str, np.ndarray]) -> dict[str, dict[str, list[float]]]:
+def over_draws(errors: Mapping[str, np.ndarray]) -> dict[str, dict[str, list[float]]]:
     """Of `table_1`: mean, standard error and R2 of every row, rounded to three digits.
 
-    >>> summary({"mean of the labels": np.ones((2, 3)), "affine": np.full((2, 3), 0.25)})["affine"]
+    >>> errors = {"mean of the labels": np.ones((2, 3)), "affine": np.full((2, 3), 0.25)}
+    >>> over_draws(errors)["affine"]
     {'error': [0.25, 0.25, 0.25], 'spread': [0.0, 0.0, 0.0], 'R2': [0.75, 0.75, 0.75]}
     """
     null = errors["mean of the labels"].mean(axis=0)
@@ -116,7 +117,7 @@ def summary(errors: Mapping[str, np.ndarray]) -> dict[str, dict[str, list[float]
 
 
 def table_rows(found: Mapping[str, Mapping[str, list[float]]]) -> list[list[str]]:
-    """A summary as a table, beside the paper's.
+    """A over_draws as a table, beside the paper's.
 
     >>> table_rows({"affine": {"error": [1, 2, 3], "spread": [0, 0, 0], "R2": [0.5, 0, -1]}})[1][:3]
     ['affine', '1.00 ± 0.00', '2.00 ± 0.00']

@@ -21,7 +21,7 @@ from ..torresani2006.database import Blends, Database, random_pairs
 from ..torresani2006.labels import ANALYST, HEADER, agreement, joint, read_labels
 from ..torresani2006.observe import EFFORTS, POLES
 from ..torresani2006.poses import Fragment, clip_of
-from .learning import PAPER_BLENDS, TRAINING, inputs_of, summary, table_1
+from .learning import PAPER_BLENDS, TRAINING, inputs_of, over_draws, table_1
 
 FEWEST = 12                             # blends with labels that a table can be made of
 A_PAGE = 3
@@ -85,8 +85,8 @@ def export(database: Database, out: Path, blends: int = PAPER_BLENDS, seed: int 
     return len(names)
 
 
-def labelled(database: Database, sheets: Sequence[str | Path], blends: int = PAPER_BLENDS,
-             seed: int = 0) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
+def from_sheets(database: Database, sheets: Sequence[str | Path], blends: int = PAPER_BLENDS,
+                seed: int = 0) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
     """What sheets say of the blends of a database.
 
     ->  z (N, d) with the labels of the parents, labels (N, 3), and what is told: analysts, motions
@@ -117,7 +117,7 @@ def labelled(database: Database, sheets: Sequence[str | Path], blends: int = PAP
 
 def table_of_sheets(Z: np.ndarray, Y: np.ndarray, draws: int = 10, seed: int = 0) -> dict[str, Any]:
     """Table 1 from labels: the paper's share of the blends to learn from, ten times five splits,
-    whose spread is that of the splits alone.   ->  as `learning.summary`
+    whose spread is that of the splits alone.   ->  as `learning.over_draws`
     """
     training = round(len(Z) * TRAINING / PAPER_BLENDS)
-    return summary(table_1(lambda rng: (Z, Y), draws, training=training, seed=seed))
+    return over_draws(table_1(lambda rng: (Z, Y), draws, training=training, seed=seed))

@@ -68,7 +68,7 @@ def folder_cast(folder: str | Path, pattern: str = PATTERN, actions: int = CAST_
     chosen = sorted(by_action, key=lambda content: (-len(by_action[content]), content))[:actions]
     shared = set.intersection(*(by_action[content] for content in chosen)) if chosen else set()
     common = sorted(shared)[:performers]
-    if len(chosen) < 2 or len(common) < 3:
+    if len(chosen) < 2 or len(common) < min(3, performers):
         raise ExperimentError(
             f"{folder}: found {len(chosen)} actions by the same {len(common)} performers, needed "
             f"{actions} by {performers}, and 2 by 3 at least; are content and style in the file "
