@@ -37,7 +37,7 @@ def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapp
     """Judge a student's function, and say aloud what came out.
 
     mine, reference : the student's function and the package's, with the same arguments; of several
-    named_results, a tuple, or a dict of named ones, which are told one by one;
+    results, a tuple, or a dict of named ones, which are told one by one;
     cases : {label: inputs}, each a tuple of arguments (for a gradient, those of f). The label of a
     case is told when it fails, so it names what is special about it;
     f : given for a gradient. Then mine(dy, *inputs) is asked for the gradients with respect to
