@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent
 FOLDERS = ("docs", "notebooks", "tests", "refimpl")
 FILES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", "CITATION.cff")
 PARTS = {
-    "Begin": ("README", "docs/your_own_clips", "docs/bodies", "docs/perceptual_styles"),
+    "Begin": ("README", "docs/gallery", "docs/your_own_clips", "docs/bodies", "docs/perceptual_styles"),
     "The papers": ("docs/holden2017", "docs/torresani2006", "docs/code_of_2016", "docs/departures"),
     "Notebooks": ("notebooks/README", *(f"notebooks/{path.stem}" for path in
                                         sorted((ROOT / "notebooks").glob("[0-9]*.ipynb")))),
