@@ -59,6 +59,9 @@ def run_all(path, folder, answered=False):
 
 @BOOKS
 def test_run_all_in_its_folder(path, monkeypatch, tmp_path):
+    """With real clips at hand the next test runs them all, and this one every second."""
+    if "REFIMPL_MOCAP" in os.environ and books.ORDER.index(path.stem) % 2:
+        pytest.skip("runs with the answers and on real clips")
     monkeypatch.delenv("REFIMPL_MOCAP", raising=False)
     outputs = run_all(path, tmp_path if path.stem in WRITES else path.parent)
     assert not [output.text for output in outputs if output.get("name") == "stderr"]
