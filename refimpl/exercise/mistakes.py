@@ -17,8 +17,6 @@ from .rivals import (Failure, axis_name, ORDINALS, made_of_answer, made_of_argum
                      scaled_answers)
 from ..gradcheck.contract import copies
 
-ASKED = 60            # answers of the right function to other arguments, for one explanation
-
 
 def explain(mine: Callable[..., Any], right: Callable[..., list], failures: Sequence[Failure],
             passed: Sequence[tuple] = (), linear: bool = False) -> str:
@@ -207,12 +205,7 @@ def _rival(right, failures):
                     yield from _asked(case, {i: y, j: x},
                                       f"{case.names[j]} and {name} were exchanged")
 
-    left = [ASKED]
-
     def _asked(case, changed, text):
-        if not left[0]:
-            return
-        left[0] -= 1
         try:
             arrays = right(*(changed.get(i, x) for i, x in enumerate(copies(case.arguments))))
         except Exception:                        # the right function is not for these
