@@ -1,9 +1,11 @@
 """What the notebooks say of their results, and what must then hold.
 
 NOTEBOOK: [(a sentence, or a part of one, that stands in its text, an expression of Python that is
-true at the end of Run All, on embedded and on recorded motion)]. `made` is True where the motion is
+true at the end of Run All, on embedded and on recorded motion)]. `made_up` is True where motion is
 embedded.
 """
+
+from . import sentences_10_18
 
 SENTENCES = {
     "00": [
@@ -20,7 +22,7 @@ SENTENCES = {
     ],
     "01": [
         ("a joint is then only some 4 cm off on average",
-         "not made or 2 < np.linalg.norm(right - wrong, axis=2).mean() < 6"),
+         "not made_up or 2 < np.linalg.norm(right - wrong, axis=2).mean() < 6"),
         ("it shrinks a bone across the axis to $\\cos 45° = 71\\,\\%$",
          "np.isclose(np.linalg.norm(shrunk[30][:, 0]), np.cos(np.pi / 4))"),
         ("one along the axis keeps its length",
@@ -34,7 +36,7 @@ SENTENCES = {
          "jerk(by_turns, range(21)) > 2 * jerk(by_curve, range(21))"),
         ("What is read again is equal to the last bit", "same"),
         ("all bones keep their lengths",
-         "not made or np.allclose(bone_lengths(right), bone_lengths(wrong), atol=1e-6)"),
+         "not made_up or np.allclose(bone_lengths(right), bone_lengths(wrong), atol=1e-6)"),
         ("Your forward kinematics against it", "np.abs(made_by_package - P).max() < 1e-9"),
     ],
     "02": [
@@ -104,13 +106,13 @@ SENTENCES = {
         ("On the diagonal stands a row's energy",
          "np.allclose(np.diagonal(G[0]), np.sum(X_C[0] ** 2, axis=1))"),
         ("With the recorded clips it does: the head goes some nine tenths of the way",
-         "made or 0.75 < ((h := lambda m: normaliser.undo(m[0].T)[:, row].mean())(moved) - h(X_C))"
+         "made_up or 0.75 < ((h := lambda m: normaliser.undo(m[0].T)[:, row].mean())(moved) - h(X_C))"
          " / (h(X_S) - h(X_C)) < 1.05"),
         ("With the embedded walkers it goes a tenth of the way",
-         "not made or 0.05 < ((h := lambda m: normaliser.undo(m[0].T)[:, row].mean())(moved)"
+         "not made_up or 0.05 < ((h := lambda m: normaliser.undo(m[0].T)[:, row].mean())(moved)"
          " - h(X_C)) / (h(X_S) - h(X_C)) < 0.2"),
         ("the walk nearly stops",
-         "not made or normaliser.undo(moved[0].T)[:, FORWARD].mean()"
+         "not made_up or normaliser.undo(moved[0].T)[:, FORWARD].mean()"
          " < 0.3 * normaliser.undo(X_C[0].T)[:, FORWARD].mean()"),
         ("the content alone decides, and nothing moves",
          "np.linalg.norm(ends[-1] - X_C) < 0.02 * np.linalg.norm(moved - X_C)"),
@@ -158,7 +160,7 @@ SENTENCES = {
          "np.linalg.norm(motion - R_found) < 0.9 * np.linalg.norm(motion - once)"),
         ("First equation 3 as it stands, by your two gradients alone", "seen[-1] < 0.2 * seen[0]"),
         ("several times the walk's, and several times more again if learnt with halves",
-         "not made or 2 < (j := lambda p: jerk(decode(projected(features, p)), range(JOINTS))"
+         "not made_up or 2 < (j := lambda p: jerk(decode(projected(features, p)), range(JOINTS))"
          " / jerk(decode(features), range(JOINTS)))(params) < 0.5 * j(halves)"),
         ("Projection mends because the network cannot say what it has not seen",
          "np.mean((projected(spoilt, params) - features)[:, POSITIONS] ** 2)"
@@ -169,3 +171,5 @@ SENTENCES = {
         ("128 numbers a frame, and the motion has 66", "256 / 2 > 66"),
     ],
 }
+
+SENTENCES |= sentences_10_18.SENTENCES

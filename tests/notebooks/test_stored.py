@@ -95,7 +95,7 @@ SECOND = pytest.mark.parametrize("path", [path for path in books.notebooks() if 
 
 def test_sentences_stand_in_their_notebooks():
     for path in books.notebooks():
-        text = " ".join("".join(cell.source for cell in books.cells(path)
+        text = " ".join("".join(cell.source + " " for cell in books.cells(path)
                                 if cell.kind == "markdown").split())
         for sentence, _ in SENTENCES.get(path.stem[:2], []):
             assert " ".join(sentence.split()) in text, f"{path.stem}: {sentence}"
