@@ -47,6 +47,11 @@ def protected(inputs: Iterable[str | Path]) -> Iterator[None]:
         _protected.reset(token)
 
 
+def inputs_protected() -> list[str]:
+    """The files that are protected now, for a process that works for this one."""
+    return list(_protected.get().values())
+
+
 def identity(path: str | Path) -> tuple:
     """What all names of one file share: its device and number, or the place where it would be."""
     try:

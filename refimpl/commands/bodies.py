@@ -1,6 +1,7 @@
 """`refimpl experiment bodies`: what a transfer does to bodies of other proportions."""
 
 import argparse
+import itertools
 import math
 from pathlib import Path
 import re
@@ -13,8 +14,10 @@ from ..experiments import bodies
 from ..motion.body import make_take, read_take
 from ..motion.dataset import find_clips
 from ..styles.files import load_style
-from .options import InputFolder, InputPath, OutputPath, pattern, whole, write_report
+from .options import (InputFolder, InputPath, OutputPath, add_processes, pattern, whole,
+                      write_report)
 from .progress import Progress, table
+from .workers import each
 
 DESCRIPTION = """Clips on bodies with proportions changed by up to 40 %, at other rates, short, and
 without names: nothing at all, P(content), and each style, brought back to each body. What is
@@ -37,6 +40,7 @@ def add_command(papers: Any) -> None:
                          help="only clips in whose path this is found")
     command.add_argument("--most", type=whole(1), default=3, metavar="N",
                          help="clips at most (default: %(default)s)")
+    add_processes(command, "take clips")
     command.add_argument("--json", metavar="FILE", type=OutputPath, help="write every row as JSON")
     command.set_defaults(run=run)
 
@@ -52,10 +56,11 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         takes = {name: make_take(make_clip(name).clip)
                  for name in ("walk", "jog", "turn-left")[:arguments.most]}
-    styles = [load_style(path) for path in arguments.styles]
+    styles = {style.name: style for style in map(load_style, arguments.styles)}
     count = len(takes) * (len(bodies.BODIES) + len(bodies.OTHER_FORMS)) * (2 + len(styles))
     progress, rows = Progress(count, "result"), []
-    for row in bodies.matrix(takes, styles[0].manifold, {s.name: s for s in styles}):
+    for row in itertools.chain.from_iterable(
+            each(arguments.processes, _of_clip, takes.items(), styles)):
         rows.append(row)
         progress.step(f"{row['clip']}, {row['body']}, {row['system']}")
     print("\n".join(table(_lines(rows))))
@@ -64,6 +69,10 @@ def run(arguments: argparse.Namespace) -> None:
         write_report(arguments.json, "experiment bodies", settings, rows,
                      units={"lengths": "legs", "foot pitch off": "degrees", "slide": "legs / s",
                             "acceleration": "legs / s^2"})
+
+
+def _of_clip(named, styles):
+    return list(bodies.matrix(dict([named]), next(iter(styles.values())).manifold, styles))
 
 
 def _lines(rows):

@@ -15,9 +15,10 @@ from ..motion.dataset import find_clips, load_dataset, read_piece
 from ..motion.features import Start, decode
 from ..motion.body import to_scale
 from ..motion.labels import piece_named
-from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_already, whole,
-                      write_json, write_report)
+from .options import (InputFolder, InputPath, OutputFolder, OutputPath, add_processes,
+                      there_already, whole, write_json, write_report)
 from .progress import Progress, table
+from .workers import each
 
 DESCRIPTION = """Stylise every clip that was kept out of training by every style network and by
 optimisation, write the results, read them again and measure them. The judges are fitted on clips
@@ -55,6 +56,7 @@ def add_commands(commands: Any) -> None:
     command.add_argument("--preprocess", metavar="P.npz", type=InputPath, help="its normaliser")
     command.add_argument("--most", type=whole(1), metavar="N",
                          help="clips of each style at most (default: all that were held out)")
+    add_processes(command, "stylise and measure clips")
     command.add_argument("--out", metavar="DIR", type=OutputFolder,
                          default=OutputFolder("refimpl-evaluation"),
                          help="made if missing (default: %(default)s)")
@@ -90,11 +92,16 @@ def run(arguments: argparse.Namespace) -> None:
                           for c in chosen if c.style == s.name] for s in styles}
     rows: list[dict[str, Any]] = []
     windows: dict[tuple[str, str], list[np.ndarray]] = {}
+    tasks = [(number, clip, piece_named(clip.name, paths),
+              evaluate.exemplars_of(dataset, style, clip.content), clip is contents[style.name][0])
+             for number, style in enumerate(styles) for clip in contents[style.name]]
+    found = each(arguments.processes, _clip_rows, tasks, styles, classifiers, network,
+                 arguments.out)
     for style in styles:
-        for row, points in _style_rows(dataset, style, contents[style.name], classifiers, arguments,
-                                       paths, progress, network):
-            rows.append(row)
-            windows.setdefault((row["style"], row["system"]), []).append(points)
+        for clip in contents[style.name]:
+            _keep(rows, windows, next(found))
+            progress.step(f"{style.name}, {clip.name}")
+        _keep(rows, windows, _real_rows(dataset, style, contents[style.name], classifiers))
     lines = evaluate.summarise_systems(rows, windows, reference)
     by_style = {style.name: evaluate.summarise_systems(
         [r for r in rows if r["style"] == style.name], windows, reference) for style in styles}
@@ -155,34 +162,40 @@ def _contents(dataset, style, paths, arguments):
     return turns[:arguments.most]
 
 
-def _style_rows(dataset, style, contents, classifiers, arguments, paths, progress, network):
-    """Every system on every content, and the real takes kept out.
-    ->  yields (row, windows embedded by the classifier of joints)
-    """
-    manifold, drawn = style.manifold, False
+def _keep(rows, windows, found):
+    for row, points in found:
+        rows.append(row)
+        windows.setdefault((row["style"], row["system"]), []).append(points)
 
-    def _row(system, clip, motion, content, exemplars, **more):
+
+def _clip_rows(task, styles, classifiers, network, out):
+    """Every system on one content.
+    ->  list of (row, windows embedded by the classifier of joints)
+    """
+    number, clip, piece, exemplars, drawn = task
+    style, take = styles[number], read_piece(piece)
+    manifold, content = style.manifold, motion_of(take)
+
+    def _row(system, motion, **more):
         row = {"style": style.name, "system": system, "content": clip.content, "clip": clip.name}
         return ({**row, **evaluate.measure(motion, content, exemplars, manifold, classifiers),
                  **more}, classifiers["joints"].embed(evaluate.seen_by(manifold, motion)))
-    for clip in contents:
-        piece = piece_named(clip.name, paths)
-        assert piece is not None                                 # `_contents` has looked
-        take = read_piece(piece)
-        content, exemplars = motion_of(take), evaluate.exemplars_of(dataset, style, clip.content)
-        motions = {"style": decode(exemplars[0], Start()), "content": take.positions}
-        yield _row("content", clip, content, content, exemplars)
-        for system, result, seconds in evaluate.carry_out(take, exemplars, style, network=network):
-            label = "_".join(re.findall(r"\w+", system))
-            short = re.sub(r"[\[\]:]+", "_", Path(clip.name).name).strip("_")
-            again = evaluate.read_back(
-                result.clip, arguments.out / f"{style.name}_{short}_{label}.bvh")
-            motions[system] = again.positions
-            yield _row(system, clip, again, content, exemplars, seconds=seconds)
-        progress.step(f"{style.name}, {clip.name}")
-        if not drawn:
-            drawn = True
-            _strip(arguments.out / f"strip_{style.name}.png", motions, style.name)
+    motions = {"style": decode(exemplars[0], Start()), "content": take.positions}
+    found = [_row("content", content)]
+    for system, result, seconds in evaluate.carry_out(take, exemplars, style, network=network):
+        label = "_".join(re.findall(r"\w+", system))
+        short = re.sub(r"[\[\]:]+", "_", Path(clip.name).name).strip("_")
+        again = evaluate.read_back(result.clip, out / f"{style.name}_{short}_{label}.bvh")
+        motions[system] = again.positions
+        found.append(_row(system, again, seconds=seconds))
+    if drawn:
+        _strip(out / f"strip_{style.name}.png", motions, style.name)
+    return found
+
+
+def _real_rows(dataset, style, contents, classifiers):
+    """The real takes kept out.   ->  yields as `_clip_rows`"""
+    manifold = style.manifold
     for clip in dataset.select(style=style.name, held_out=True):
         if clip.content in style.contents and clip.content in {c.content for c in contents}:
             exemplars = evaluate.exemplars_of(dataset, style, clip.content)

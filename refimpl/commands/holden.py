@@ -15,8 +15,9 @@ from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
 from ..embedded.walkers import make_database
 from ..motion.body import Take, make_take, read_take
 from . import problem
-from .options import InputFolder, OutputPath, pattern, whole, write_report
+from .options import InputFolder, OutputPath, add_processes, pattern, whole, write_report
 from .progress import Progress, table
+from .workers import each
 
 DESCRIPTION = """Loss networks that learn with depooling by chance and by halves; styles with each
 reading of equations 4 and 5, and with more and less weight on the constraints; measured before any
@@ -47,6 +48,7 @@ def add_command(papers: Any) -> None:
     problem.add_options(command)
     add_options(command, {"seeds": 1, "hidden": 256, "channels": 128, "loss-epochs": 80,
                           "epochs": 100})
+    add_processes(command, "learn style networks")
     command.set_defaults(run=run)
 
 
@@ -131,21 +133,27 @@ def _style_rows(arguments, ground, styles, network, name, ways):
     """Each style by each way, and what the content and real takes would get."""
     progress = Progress(arguments.seeds * len(styles) * len(ways), "style network")
     rows, referee = [], network(REFEREE)
+    tasks = [(seed, style, network(seed, form=form), weights, share)
+             for seed in range(arguments.seeds) for style in styles for form, weights, share in ways]
+    learnt = each(arguments.processes, _learnt, tasks, ground, referee, {
+        name: getattr(arguments, name) for name in ("contents", "channels", "epochs")})
     for seed in range(arguments.seeds):
         for style in styles:
             for who, null in holden.nulls(ground, style, arguments.contents, referee):
                 rows.append({"table": name, "style": style, "reading": who, "seed": seed, **null})
             for form, weights, share in ways:
-                row = holden.style_row(
-                    ground, network(seed, form=form), style, weights, share, referee, seed=seed,
-                    contents=arguments.contents, channels=arguments.channels,
-                    epochs=arguments.epochs)
+                found = next(learnt)
                 rows.append({"table": name, "style": style, "normaliser": form,
                              "reading": weights.reading, "s": weights.style,
-                             "constraints": share, "seed": seed, **row})
+                             "constraints": share, "seed": seed, **found})
                 progress.step(f"{style}, {weights.reading}, s = {weights.style:g}, "
                               f"constraints x {share:g}")
     return rows
+
+
+def _learnt(task, ground, referee, options):
+    seed, style, manifold, weights, share = task
+    return holden.style_row(ground, manifold, style, weights, share, referee, seed=seed, **options)
 
 
 def read_ground(arguments: argparse.Namespace) -> tuple[holden.Ground, dict[str, Take], list[str]]:

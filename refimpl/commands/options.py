@@ -184,6 +184,12 @@ def write_json(path: str | Path, content: Any) -> None:
         file.write(json.dumps(content, indent=1) + "\n")
 
 
+def add_processes(command: argparse.ArgumentParser, what: str) -> None:
+    """Add --processes.   what : is done in them"""
+    command.add_argument("--processes", type=whole(1, 256), default=1, metavar="N",
+                         help=f"{what} in so many processes (default: %(default)s)")
+
+
 def write_report(path: str, command: str, settings: dict[str, Any], rows: list[dict],
                  **more: Any) -> None:
     """One JSON object: command, version, settings, rows (flat) and what else is told."""

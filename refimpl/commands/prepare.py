@@ -9,7 +9,8 @@ from ..motion.dataset import (HELD_OUT, PATTERN, Dataset, LabelError, expression
                               labels_by_pattern, labels_from_file, prepare, save_dataset)
 from ..motion.features import FPS
 from ..motion.joints import read_mapping
-from .options import InputFolder, InputPath, OutputPath, add_reading, number, reading, whole
+from .options import (InputFolder, InputPath, OutputPath, add_processes, add_reading, number,
+                      reading)
 from .progress import Progress, table
 from .workers import workers
 
@@ -42,8 +43,7 @@ def add_commands(commands: Any) -> None:
                          metavar="SHARE",
                          help="share of the clips of each content and style kept out of training, "
                               "rounded down (default: %(default)s)")
-    command.add_argument("--processes", type=whole(1, 256), default=1, metavar="N",
-                         help="read clips in so many processes (default: %(default)s)")
+    add_processes(command, "read clips")
     command.set_defaults(run=run, also_reads=lambda arguments: {
         f"--mapping-for {regex}": path for regex, path in arguments.mapping_for})
 

@@ -11,7 +11,7 @@ from ..holden2016 import bridge, own, search
 from ..styles.box import STYLES_SAID, find_style
 from ..styles.files import load_manifold
 from ..holden2017.transfer import transfer
-from ..motion.body import carries_hips, guess_unit, read_take, standing_height
+from ..motion.body import carries_hips, guess_unit, read_take, seen, standing_height
 from ..motion.bvh import write_bvh
 from ..motion.features import bone_lengths, path_length
 from ..motion.canonical import PARTS
@@ -118,6 +118,7 @@ def run(arguments: argparse.Namespace) -> None:
     take = read_take(content, overrides, **how)
     progress.step("read")
     frames = frames_of(take, arguments.begin, arguments.end)
+    way = path_length(seen(take).features[frames])
     if optimised:
         result = _optimise(arguments, take, exemplars, manifold, network)
     else:
@@ -131,8 +132,9 @@ def run(arguments: argparse.Namespace) -> None:
               else result.clip)
     unit = guess_unit(standing_height(bone_lengths(take.positions)))
     # The distance between the paths that were written and read.
-    apart = np.linalg.norm((result.positions - positions)[:, SLOT["Hips"], [0, 2]], axis=-1)
-    mean, largest, way = float(apart.mean()), float(apart.max()), path_length(take.features[frames])
+    written, wanted = (p[:, SLOT["Hips"], [0, 2]] for p in (result.positions, positions))
+    apart = np.linalg.norm(written - wanted, axis=-1)
+    mean, largest = float(apart.mean()), float(apart.max())
     stays = ("" if carries_hips(take) else "; the file has no joint with three position channels "
              "to carry it: it stays where the content is")
     print(f"{arguments.output}: {result.clip.frames} frames at "

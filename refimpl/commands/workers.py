@@ -1,16 +1,39 @@
 """Processes that work for a command and end with it."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 import contextlib
 import multiprocessing
 import os
 import signal
 import threading
+from typing import Any
+
+from ..storage import inputs_protected, protected
+
+_constants: tuple = ()                                           # in a worker: those of its command
+
+
+def each(count: int, work: Callable, tasks: Iterable, *constants: Any) -> Iterator[Any]:
+    """`work(task, *constants)` of each task, in their order, by `count` processes.
+
+    work : a function of a module;  constants : given to each process once
+    """
+    with contextlib.ExitStack() as stack:
+        executor = stack.enter_context(workers(count, *constants))
+        if executor is None:
+            yield from (work(task, *constants) for task in tasks)
+            return
+        for found in [executor.submit(_work, work, task) for task in tasks]:
+            yield found.result()
+
+
+def _work(work, task):
+    return work(task, *_constants)
 
 
 @contextlib.contextmanager
-def workers(count: int) -> Iterator[Executor | None]:
+def workers(count: int, *constants: Any) -> Iterator[Executor | None]:
     """Yields an executor of `count` processes, or None for one.
 
     When the command is stopped, what was not begun is dropped; a worker whose parent has gone,
@@ -20,7 +43,8 @@ def workers(count: int) -> Iterator[Executor | None]:
         yield None
         return
     with _signals_blocked():                                     # the workers inherit it
-        executor: Executor = ProcessPoolExecutor(count, initializer=_begin)
+        executor: Executor = ProcessPoolExecutor(
+            count, initializer=_begin, initargs=(inputs_protected(), constants))
         executor.submit(int).result()
     try:
         yield executor
@@ -45,8 +69,13 @@ def _signals_blocked():
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin():
-    """In a worker: Ctrl-C is the parent's affair, and without a parent there is no work."""
+def _begin(inputs, constants):
+    """In a worker: what its parent reads stays protected, Ctrl-C is the parent's affair, and
+    without a parent there is no work.
+    """
+    global _constants
+    _constants = constants
+    protected(inputs).__enter__()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if hasattr(signal, "pthread_sigmask"):

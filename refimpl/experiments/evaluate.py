@@ -7,6 +7,7 @@ its content; `classifier_clips` makes sure of it.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+import functools
 from pathlib import Path
 import time
 from typing import Any
@@ -64,7 +65,7 @@ def fit_classifiers(clips: Sequence[Labelled], manifold: Manifold,
                     leg: float) -> dict[str, Classifier]:
     """The classifiers "gram", by Gram matrices, and "joints", by joints.   leg : of the clips."""
     labelled = [(to_scale(c.features, leg, manifold.leg), c.style, c.content) for c in clips]
-    return {"gram": fit_classifier(labelled, lambda features: gram_vectors(features, manifold)),
+    return {"gram": fit_classifier(labelled, functools.partial(gram_vectors, manifold=manifold)),
             "joints": fit_classifier(labelled, joint_vectors)}
 
 

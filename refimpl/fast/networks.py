@@ -13,6 +13,7 @@ from .conv import conv1d, conv_transpose1d
 from .stylist import Stylist
 
 KEPT = 4                                                         # networks
+LONG = 1 << 16     # frames: of longer ones nothing is kept, since plans and spectra take 130 MB
 _kept: list[tuple[dict[str, np.ndarray], Stylist]] = []
 
 
@@ -36,12 +37,18 @@ def decode_backward_to_input(dX: np.ndarray, H: np.ndarray, params: Params) -> n
 
 def transformation(X: np.ndarray, params: Params) -> np.ndarray:
     """`holden2017.networks.transformation`.   (N, 66, T)  ->  (N, 66, T)"""
-    return _stylist(params).transform(X)
+    return _finished(X, _stylist(params).transform(X))
 
 
 def project(X: np.ndarray, params: Params) -> np.ndarray:
     """`holden2017.networks.project`.   (N, 66, T)  ->  (N, 66, T)"""
-    return _stylist(params).project(X)
+    return _finished(X, _stylist(params).project(X))
+
+
+def _finished(X, result):
+    if X.shape[2] > LONG:
+        _kept.clear()
+    return result
 
 
 def _stylist(params: Params) -> Stylist:

@@ -7,6 +7,7 @@ import functools
 
 import numpy as np
 
+from ..motion.features import AT_A_TIME, in_pieces
 from ..motion.canonical import Physique, body_of_mean, mean_body
 from ..motion.known import Known
 from ..motion.windows import Normaliser
@@ -41,12 +42,15 @@ class Manifold:
     def network_input(self, features: np.ndarray) -> np.ndarray:
         """Features (T, 66) on this model's scale to what the networks take, (1, 66, T) in their
         precision."""
-        return np.ascontiguousarray(
-            self.normaliser.apply(features).T[None], dtype=self.params["W0"].dtype)
+        taken = np.empty((1, *features.shape[::-1]), self.params["W0"].dtype)
+        for n in range(0, len(features), AT_A_TIME):
+            taken[0, :, n:n + AT_A_TIME] = self.normaliser.apply(features[n:n + AT_A_TIME]).T
+        return taken
 
     def motion(self, output: np.ndarray) -> np.ndarray:
         """The inverse of `network_input`.   (1, 66, T)  ->  (T, 66) float64"""
-        return self.normaliser.undo(output[0].T.astype(float))
+        return in_pieces(lambda some: self.normaliser.undo(output[0, :, some].T.astype(float)),
+                         output.shape[2])
 
 
 @dataclass(frozen=True)

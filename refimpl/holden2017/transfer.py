@@ -41,7 +41,10 @@ def project_features(features: np.ndarray, manifold: Manifold, *,
     """
     X, params = manifold.network_input(features), manifold.params
     shifted = networks.project(np.concatenate([X[:, :, :1], X], axis=2), params)[:, :, 1:]
-    return manifold.motion((networks.project(X, params) + shifted) / 2)
+    mean = networks.project(X, params)
+    mean += shifted
+    mean /= 2
+    return manifold.motion(mean)
 
 
 def transfer(take: Take, style: Style, *, projected: bool = True, clean: bool = True,
@@ -61,18 +64,22 @@ def transfer(take: Take, style: Style, *, projected: bool = True, clean: bool = 
     """
     manifold = style.manifold
     there = seen(take, manifold.body)
-    around = there.around                                        # (T + 2 MARGIN, 66)
-    transformed = stylise(around, style, projected=False, networks=networks)
-    moved = (project_features(transformed, manifold, networks=networks) if projected
-             else transformed.copy())
-    content, transformed, moved = (f[MARGIN:-MARGIN] for f in (around, transformed, moved))
-    astray, way = (length / manifold.leg for length in (path_error(transformed, content)[0],
-                                                        path_length(content)))
-    moved[:, VELOCITIES] = (content if clean else transformed)[:, VELOCITIES]
-    if own_pace:
-        moved[:, TRANSLATION] *= pace(moved, take.contacts)
+    content = there.features
     share, strange = (style.known.outside(content, manifold.leg) if style.known
                       else (float("nan"), ""))
     trust = style.known.trust(content, manifold.leg) if style.known and clean else 1.0
+    moved = stylise(there.around, style, projected=False, networks=networks)
+    transformed = moved[MARGIN:-MARGIN]
+    astray, way = (length / manifold.leg for length in (path_error(transformed, content)[0],
+                                                        path_length(content)))
+    velocities = (content if clean else transformed)[:, VELOCITIES].copy()
+    # An hour of features is 114 MB: what the networks have seen goes.
+    there, content = replace(there, around=there.around[:0].copy()), None
+    if projected:
+        moved = project_features(moved, manifold, networks=networks)
+    moved, transformed = moved[MARGIN:-MARGIN], None
+    moved[:, VELOCITIES] = velocities
+    if own_pace:
+        moved[:, TRANSLATION] *= pace(moved, take.contacts)
     result = onto_skeleton(take, there, moved, clean=clean, strength=strength * trust, **back)
     return replace(result, astray=astray, way=way, strangeness=share, strange=strange)

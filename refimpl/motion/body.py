@@ -5,7 +5,9 @@ the networks know (`canonical`), turned into its 66 numbers. `moved` leads back.
 """
 
 from dataclasses import dataclass, field, replace
+import functools
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,12 +17,13 @@ from .canonical import Physique, to_body
 from .clip import Clip, plus_offsets
 from .doubts import doubts
 from .extend import extended
-from .features import (AT_A_TIME, FLOOR, FPS, LEG_RANGE, TURN, Start, encode, leg_length,
+from .features import (AT_A_TIME, FLOOR, FPS, LEG_RANGE, Start, encode, heading, leg_length,
                        root_motion, scale)
 from .ground import planted_feet, resting_heights
 from .joints import BONES, HEELS, JOINTS, SLOT, Mapping
 from .mapping import map_clip
 from .points import is_points, read_points
+from .rotation import nearest_turn
 from .skeleton import carrier, forward_kinematics, local_pose, resample
 from .strays import Strays, bridged, find_strays
 
@@ -39,7 +42,7 @@ class Take:
     mapping : which joint of the file feeds each slot
     upright : (3, 3) turns the file's world y up
     positions : (T, 21, 3), y up
-    features (T, 66), start, contacts (T, 4) : the 66 numbers, what they leave out, planted feet
+    start, contacts (T, 4) : what the 66 numbers leave out, planted feet
     strays : the clip's rows that are not part of its motion, of which all the rest knows nothing
     """
 
@@ -47,15 +50,14 @@ class Take:
     mapping: Mapping
     upright: np.ndarray
     positions: np.ndarray = field(repr=False)
-    features: np.ndarray = field(repr=False)
     start: Start
     contacts: np.ndarray = field(repr=False)
     strays: Strays = field(repr=False)
 
-    @property
-    def translations(self) -> np.ndarray:
-        """Of every joint of the file from its parent, at 60 frames a second.   ->  (T, J, 3)"""
-        return resample(*bridged(*local_pose(self.clip), self.strays), self.clip.fps, FPS)[1]
+    @functools.cached_property
+    def features(self) -> np.ndarray:
+        """The 66 numbers.   ->  (T, 66)"""
+        return _around(self.positions, self.start.floor)[0][MARGIN:-MARGIN]
 
     @property
     def up(self) -> str:
@@ -66,10 +68,14 @@ class Take:
     def doubts(self) -> tuple[str, ...]:
         """Why not to trust it, in words: rows that are not motion, and what no body does."""
         said = [self.strays.said()] if self.strays.said() else []
-        largest = np.abs(self.clip.values[:, self.clip.angles]).max(initial=0)
+        values = self.clip.values
+        largest = np.maximum(values.max(axis=0), -values.min(axis=0))[self.clip.angles].max(
+            initial=0)
         if largest > ROUNDED_AWAY:
             said.append(f"an angle is {largest:.3g} degrees: what is left of it is rounding")
-        return (*said, *doubts(self.positions, self.features[:, TURN], self.clip.fps, self.up))
+        yaw = heading(extended(self.positions, MARGIN))
+        turn = nearest_turn(np.diff(yaw))[MARGIN:1 - MARGIN]
+        return (*said, *doubts(self.positions, turn, self.clip.fps, self.up))
 
     @property
     def rests(self) -> np.ndarray:
@@ -94,8 +100,7 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
         positions = slot_positions(clip, mapping)
         strays = find_strays(positions, clip.fps)
         if clip.fps != FPS or strays.said():
-            pose = resample(*bridged(*local_pose(clip), strays), clip.fps, FPS)
-            positions = mapping.positions(*forward_kinematics(clip.parents, *pose))
+            positions = _even_positions(clip, mapping, strays)
         upright = _UPRIGHT[up_axis(positions)]
         positions = positions @ upright.T
         leg = leg_length(positions)
@@ -114,11 +119,10 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
                          "hip joints to know where it faces")
     floor, contacts = planted_feet(positions)
     around, start = _around(positions, floor)
-    features = around[MARGIN:-MARGIN]
-    if not np.isfinite(features).all():
+    if not np.isfinite(around[MARGIN:-MARGIN]).all():
         raise ValueError(f"{name}: found shoulders exactly opposite to the hips, needed to know "
                          "where the body faces")
-    return Take(clip, mapping, upright, positions, features, start, contacts, strays)
+    return Take(clip, mapping, upright, positions, start, contacts, strays)
 
 
 def slot_positions(clip: Clip, mapping: Mapping) -> np.ndarray:
@@ -130,6 +134,29 @@ def slot_positions(clip: Clip, mapping: Mapping) -> np.ndarray:
         pose = local_pose(replace(clip, values=clip.values[n:n + AT_A_TIME]))
         found[n:n + AT_A_TIME] = mapping.positions(*forward_kinematics(clip.parents, *pose))
     return found
+
+
+def _even_positions(clip, mapping, strays):
+    """Where the 21 joints are at 60 frames a second, without strays; some joints at a time, whose
+    curves are whole.   ->  (T, 21, 3)
+    """
+    begins = np.cumsum([0, *(len(joint.channels) for joint in clip.joints)])
+    together, parents = max(1, 64 * AT_A_TIME // clip.frames), clip.parents
+    world: dict[int, tuple[np.ndarray, np.ndarray]] = {}     # of joints whose children come later
+    slots: list[Any] = [None] * JOINTS
+    for n in range(0, len(parents), together):
+        some = clip.joints[n:n + together]
+        part = replace(clip, joints=some, values=clip.values[:, begins[n]:begins[n + len(some)]])
+        pose = resample(*bridged(*local_pose(part), strays), clip.fps, FPS)
+        for j, (R, t) in enumerate(zip(*(np.moveaxis(p, 1, 0) for p in pose)), start=n):
+            if parents[j] >= 0:
+                above, base = world[parents[j]]
+                R, t = above @ R, base + (above @ t[..., None])[..., 0]
+            world[j] = R, t
+            for slot in np.flatnonzero(mapping.joints == j):
+                slots[slot] = t + (R @ mapping.tips[slot][:, None])[..., 0]
+        world = {j: world[j] for j in set(parents[n + len(some):]) & set(world)}
+    return np.stack(slots, axis=1)
 
 
 def _around(positions, floor):

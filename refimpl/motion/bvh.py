@@ -176,11 +176,16 @@ def write_bvh(path: str | Path, clip: Clip) -> None:
     0).
     """
     with atomic_write(path) as file:
-        file.write(format_bvh(clip))
+        file.writelines(_written(clip))
 
 
 def format_bvh(clip: Clip) -> str:
     """The text of a BVH file.   Raises BVHError, see `write_bvh`."""
+    return "".join(_written(clip))
+
+
+def _written(clip):
+    """Its lines."""
     width = sum(len(joint.channels) for joint in clip.joints)
     if clip.values.ndim != 2 or clip.values.shape[1] != width or not len(clip.values):
         raise BVHError(f"clip.values: found shape {clip.values.shape}, needed (frames, {width}) "
@@ -190,9 +195,13 @@ def format_bvh(clip: Clip) -> str:
         raise BVHError(f"clip.values: found {clip.values[frame, channel]} in frame {frame}, "
                        f"channel {channel}, needed finite numbers")
     header = [*hierarchy_lines(clip.joints), "MOTION"]
-    rows = [f"Frame Time:\t{decimals([clip.frame_time])}", *map(decimals, clip.values)]
-    _check_header("\n".join([*header, "Frames:\t1", *rows[:2]]) + "\n", clip)
-    return "\n".join([*header, f"Frames:\t{clip.frames}", *rows]) + "\n"
+    frame_time = f"Frame Time:\t{decimals([clip.frame_time])}"
+    first = [*header, "Frames:\t1", frame_time, decimals(clip.values[0])]
+    _check_header("\n".join(first) + "\n", clip)
+    for line in (*header, f"Frames:\t{clip.frames}", frame_time):
+        yield line + "\n"
+    for row in clip.values:                          # one at a time: an hour is 100 MB of text
+        yield decimals(row) + "\n"
 
 
 def _check_header(text, clip):

@@ -15,9 +15,10 @@ bone of the content to that of the result,
 and the clip's own joint turns by D from where it was. Nothing changes where nothing was changed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 import functools
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -172,7 +173,8 @@ def to_body(positions: np.ndarray, body: Physique, contacts: np.ndarray) -> np.n
         out[:, slot] = out[:, parent] + bone
     floor = rests[[1, 3]].min()
     out += (ratio * (positions[:, [0]] - [0.0, floor, 0.0]))
-    return out + _set_down(out, positions, ratio, rests, rest, contacts)[:, None]
+    out += _set_down(out, positions, ratio, rests, rest, contacts)[:, None]
+    return out
 
 
 def _tilted(bones, left, angle):
@@ -218,9 +220,33 @@ class Change:
     turns: np.ndarray = field(repr=False)
     shift: np.ndarray = field(repr=False)
 
+    def __len__(self) -> int:
+        """How many frames it has."""
+        return len(self.shift)
+
+    def at(self, frames: Any) -> "Change":
+        """Some of its frames.   frames : a slice or indices"""
+        return Change(self.turns[frames], self.shift[frames])
+
     def then(self, other: "Change") -> "Change":
         """This change and then another one."""
         return Change(other.turns @ self.turns, self.shift + other.shift)
+
+
+@dataclass(frozen=True)
+class LongChange:
+    """A `Change` whose frames are made when they are asked for: that of an hour would take three
+    times the memory of the motion.
+
+    at : as that of `Change`;  frames : how many there are
+    """
+
+    at: Callable[[Any], Change]
+    frames: int
+
+    def __len__(self) -> int:
+        """How many frames it has."""
+        return self.frames
 
 
 def change(before: np.ndarray, after: np.ndarray) -> Change:

@@ -6,7 +6,7 @@ and still be a motion for whoever knows why. So it is told and not refused.
 
 import numpy as np
 
-from .features import bone_lengths, leg_length
+from .features import bone_lengths, leg_length, mean_steps
 from .joints import HEELS, SLOT
 
 LEANS = 0.75                     # share of the way from ankles to head that leads up, at least
@@ -30,7 +30,7 @@ def doubts(positions: np.ndarray, turn: np.ndarray, fps: float, up: str) -> tupl
     """
     found, leg = [], leg_length(positions)
     rise = (positions[:, SLOT["Head"]] - positions[:, HEELS].mean(axis=1)).mean(axis=0)
-    steps = np.linalg.norm(np.diff(positions, axis=0), axis=-1).mean(axis=1) / leg
+    steps = mean_steps(positions) / leg
     if up.startswith("-"):
         found.append(f"its head is below its feet: taken as a file in which {up} is up")
     if rise[1] < LEANS * np.linalg.norm(rise):

@@ -12,6 +12,7 @@ omega x p[t], which is right to first order; to one seen from frame t it would h
 omega x p[t+1]. The last row repeats the velocities of the row before.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +49,22 @@ class Start:
     floor: float = 0.0
 
 
+def in_pieces(work: Callable[[slice], np.ndarray], frames: int) -> np.ndarray:
+    """What is made of each frame alone, of `AT_A_TIME` frames at a time: what lies between takes
+    several times the memory of what comes out.
+
+    work : frames to the rows that become of them;  frames : how many there are
+    """
+    first = work(slice(0, min(AT_A_TIME, frames)))
+    if frames <= AT_A_TIME:
+        return first
+    made = np.empty((frames, *first.shape[1:]), first.dtype)
+    made[:AT_A_TIME] = first
+    for n in range(AT_A_TIME, frames, AT_A_TIME):
+        made[n:n + AT_A_TIME] = work(slice(n, min(n + AT_A_TIME, frames)))
+    return made
+
+
 def checked_positions(positions: np.ndarray, name: str = "positions") -> np.ndarray:
     """World positions as a float array, or a ValueError on a wrong shape or on values that are not
     finite.
@@ -79,7 +96,15 @@ def leg_length(positions: np.ndarray) -> float:
 def bone_lengths_by_frame(positions: np.ndarray) -> np.ndarray:
     """Length of each bone of `joints.BONES` in each frame.   positions : (T, 21, 3)  ->  (T, 20)"""
     parents, children = np.array(BONES).T
-    return np.linalg.norm(positions[:, children] - positions[:, parents], axis=-1)
+    return in_pieces(lambda some: np.linalg.norm(
+        positions[some][:, children] - positions[some][:, parents], axis=-1), len(positions))
+
+
+def mean_steps(positions: np.ndarray) -> np.ndarray:
+    """How far the joints move on average from each frame to the next.   (T, 21, 3)  ->  (T - 1,)"""
+    return in_pieces(lambda some: np.linalg.norm(
+        np.diff(positions[some.start:some.stop + 1], axis=0), axis=-1).mean(axis=1),
+        len(positions) - 1)
 
 
 def bone_lengths(positions: np.ndarray) -> np.ndarray:
@@ -151,6 +176,12 @@ def facing(positions: np.ndarray) -> np.ndarray:
     return forward / np.linalg.norm(forward, axis=1, keepdims=True)
 
 
+def heading(positions: np.ndarray) -> np.ndarray:
+    """The yaw of where the body faces, radians.   (T, 21, 3)  ->  (T,)"""
+    forward = facing(positions)
+    return np.arctan2(forward[:, 0], forward[:, 1])
+
+
 def encode(positions: np.ndarray, floor: float | None = None) -> tuple[np.ndarray, Start]:
     r"""World positions at 60 frames a second to the 66 numbers.
 
@@ -163,16 +194,16 @@ def encode(positions: np.ndarray, floor: float | None = None) -> tuple[np.ndarra
     """
     positions = checked_positions(positions)
     floor = floor_height(positions) if floor is None else float(floor)
-    root, forward = root_path(positions), facing(positions)
-    yaw = np.arctan2(forward[:, 0], forward[:, 1])
-
+    root, yaw = root_path(positions), heading(positions)
     to_local = yaw_rotation(-yaw).swapaxes(1, 2)                                    # (T, 3, 3)
     origin = np.stack([root[:, 0], np.full(len(root), floor), root[:, 1]], axis=1)  # (T, 3)
-    local = (positions - origin[:, None]) @ to_local                                # (T, 21, 3)
     velocity = np.diff(origin, axis=0)[:, None] @ to_local[1:]                      # (T-1, 1, 3)
 
     features = np.zeros((len(positions), FEATURES))
-    features[:, POSITIONS] = local.reshape(len(positions), -1)
+    for n in range(0, len(positions), AT_A_TIME):
+        some = slice(n, n + AT_A_TIME)
+        local = (positions[some] - origin[some, None]) @ to_local[some]             # (n, 21, 3)
+        features[some, POSITIONS] = local.reshape(len(local), -1)
     features[:-1, TURN] = nearest_turn(np.diff(yaw))
     features[:-1, FORWARD], features[:-1, SIDEWAYS] = velocity[:, 0, 2], velocity[:, 0, 0]
     features[-1, VELOCITIES] = features[-2:, VELOCITIES][0]          # a single frame stands still
@@ -209,6 +240,11 @@ def decode(features: np.ndarray, start: Start = Start()) -> np.ndarray:
     if features.ndim != 2 or features.shape[1] != FEATURES:
         raise ValueError(f"features: found shape {features.shape}, needed (frames, {FEATURES})")
     root, yaw = root_motion(features, start)
+    return in_pieces(lambda some: placed(features[some], root[some], yaw[some]), len(features))
+
+
+def placed(features: np.ndarray, root: np.ndarray, yaw: np.ndarray) -> np.ndarray:
+    """World positions where `root_motion` has led.   (T, 66), (T, 3), (T,)  ->  (T, 21, 3)"""
     local = features[:, POSITIONS].reshape(len(features), JOINTS, 3)
     return local @ yaw_rotation(yaw).swapaxes(1, 2) + root[:, None]
 

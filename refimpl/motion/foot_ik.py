@@ -48,6 +48,27 @@ def lock_feet(positions: np.ndarray, contacts: np.ndarray, floor: Any = 0.0, *,
     foot goes below them;  blend : frames
     ->  (T, 21, 3).   Raises ValueError for wrong shapes, labels or frames.
     """
+    return planted(checked_positions(positions),
+                   *locked_legs(positions, contacts, floor, heels=heels, blend=blend))
+
+
+def planted(positions: np.ndarray, down: np.ndarray, legs: np.ndarray) -> np.ndarray:
+    """A body with the hips and the legs of `locked_legs`.
+
+    positions : (T, 21, 3);  down : (T,);  legs : (T, 6, 3)   ->  (T, 21, 3)
+    """
+    moved = positions.copy()
+    moved[..., 1] -= down[:, None]
+    moved[:, [joint for leg in LEGS for joint in leg[1:]]] = legs
+    return moved
+
+
+def locked_legs(positions: np.ndarray, contacts: np.ndarray, floor: Any = 0.0, *,
+                heels: Any = -np.inf, blend: int = BLEND) -> tuple[np.ndarray, np.ndarray]:
+    """What `lock_feet` changes.
+
+    ->  (T,) how far the body goes down, (T, 6, 3) where knee, ankle and toe of both legs are
+    """
     raw = checked_positions(positions)
     contacts = checked_contacts(contacts, len(raw))
     if not isinstance(blend, (int, np.integer)) or isinstance(blend, bool) or blend < 1:
@@ -58,21 +79,20 @@ def lock_feet(positions: np.ndarray, contacts: np.ndarray, floor: Any = 0.0, *,
             for n, ((_, _, ankle, toe), (toes, rest)) in enumerate(zip(LEGS, rests))]
     feet = [heel_lifted(raw, leg, *foot, contacts[:, 2 * n], blend)
             for n, (leg, foot) in enumerate(zip(LEGS, feet))]
-    moved = raw.copy()
-    moved[..., 1] -= lowered(raw, [ankle for ankle, _ in feet], blend)[:, None]
-    for (hip, knee, ankle, toe), (goal, foot) in zip(LEGS, feet):
+    down, legs = lowered(raw, [ankle for ankle, _ in feet], blend), []
+    for (hip, knee, ankle, _), (goal, foot) in zip(LEGS, feet):
         thigh, shin, d, near, far = _leg(raw, hip, knee, ankle)
-        along = goal - moved[:, hip]
+        socket = raw[:, hip].copy()
+        socket[:, 1] -= down
+        along = goal - socket
         asked = np.linalg.norm(along, axis=-1)
         along = np.where(asked[:, None] > 0, along, [0.0, -1.0, 0.0])
         reached = np.maximum(softened(asked, np.maximum(d, SOFT * (thigh + shin)), far), near)
-        moved[:, ankle] = moved[:, hip] + along * (
-            reached / np.where(asked > 0, asked, 1.0))[:, None]
-        turn = shortest_rotation(raw[:, ankle] - raw[:, hip], moved[:, ankle] - moved[:, hip])
+        end = socket + along * (reached / np.where(asked > 0, asked, 1.0))[:, None]
+        turn = shortest_rotation(raw[:, ankle] - raw[:, hip], end - socket)
         bend = (turn @ (raw[:, knee] - raw[:, hip])[..., None])[..., 0] + 1e-6 * foot
-        moved[:, knee] = two_bone(moved[:, hip], moved[:, ankle], thigh, shin, bend)
-        moved[:, toe] = moved[:, ankle] + foot
-    return moved
+        legs += [two_bone(socket, end, thigh, shin, bend), end, end + foot]
+    return down, np.stack(legs, axis=1)
 
 
 def two_bone(hip: np.ndarray, ankle: np.ndarray, thigh: np.ndarray | float,

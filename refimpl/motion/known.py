@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d, uniform_filter1d
 
-from .features import FLOOR, FORWARD, FPS, POSITIONS, SIDEWAYS, TURN
+from .features import FLOOR, FORWARD, FPS, POSITIONS, SIDEWAYS, TURN, in_pieces
 from .joints import HEELS, JOINTS, SLOT
 
 # Name and unit of each; a speed in legs a second. And how wide a range is at least, so that a style
@@ -95,18 +95,26 @@ def quantities(features: np.ndarray, leg: float) -> np.ndarray:
     >>> quantities(np.zeros((3, 66)), 80.0)[0, :4]
     array([0., 0., 0., 0.])
     """
-    points = features[:, POSITIONS].reshape(len(features), JOINTS, 3) / leg
+    found = in_pieces(lambda some: _each_frame(features, some, leg), len(features))
+    return uniform_filter1d(found, MEAN, axis=0, mode="nearest")
+
+
+def _each_frame(features, some, leg):
+    """What `quantities` takes the means of."""
+    before = features[max(some.start - 1, 0)]
+    features = features[some]
+    points, first = (x[:, POSITIONS].reshape(len(x), JOINTS, 3) / leg
+                     for x in (features, before[None]))
     hips, ankles = points[:, SLOT["Hips"]], points[:, list(HEELS)]
     hands = points[:, [SLOT["LeftHand"], SLOT["RightHand"]]]
     shoulders = points[:, SLOT["LeftArm"]] - points[:, SLOT["RightArm"]]
     trunk, apart = points[:, SLOT["Neck"]] - hips, ankles[:, 0] - ankles[:, 1]
     level = np.linalg.norm(trunk[:, FLOOR["y"]], axis=1)
-    steps = np.diff(hands, axis=0, prepend=hands[:1])
-    found = np.stack([
+    steps = np.diff(hands, axis=0, prepend=first[:, [SLOT["LeftHand"], SLOT["RightHand"]]])
+    return np.stack([
         FPS / leg * features[:, FORWARD], FPS / leg * np.abs(features[:, SIDEWAYS]),
         FPS * np.degrees(np.abs(features[:, TURN])), hips[:, 1],
         np.degrees(np.arctan2(level, trunk[:, 1])), ankles[..., 1].max(axis=1),
         hands[..., 1].max(axis=1) - hips[:, 1], np.linalg.norm(apart[:, FLOOR["y"]], axis=1),
         np.abs(apart[:, 0]), FPS * np.linalg.norm(steps, axis=-1).max(axis=1),
         np.degrees(np.arctan2(np.abs(shoulders[:, 2]), shoulders[:, 0]))], axis=1)
-    return uniform_filter1d(found, MEAN, axis=0, mode="nearest")

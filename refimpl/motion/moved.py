@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .body import Take
-from .canonical import Change
+from .canonical import Change, LongChange
 from .clip import Clip, Joint
 from .features import AT_A_TIME, FPS
 from .joints import BONES, SLOT, Mapping
 from .rotation import slerp
-from .skeleton import (ancestors, carrier, forward_kinematics, local_pose, resample, with_pose)
+from .skeleton import (ancestors, carrier, forward_kinematics, local_pose, resample, with_poses)
 from .strays import bridged
 
 
@@ -99,16 +99,19 @@ def moved_pose(clip: Clip, mapping: Mapping, how: Rig, rotations: np.ndarray,
     return local, translations
 
 
-def sampled(found: Change, times: np.ndarray) -> Change:
+def sampled(found: Change | LongChange, times: np.ndarray) -> Change:
     """A change between its frames.   times : (U,) in frames  ->  Change of U frames"""
-    last = len(found.shift) - 1
+    last = len(found) - 1
     times = np.clip(times, 0, last)
     a = np.minimum(np.round(times, 9).astype(int), last)
     b, t = np.minimum(a + 1, last), np.round(times - a, 9)
     between = (t > 0)[:, None, None, None]
-    turns = (np.where(between, slerp(found.turns[a], found.turns[b], t[:, None]), found.turns[a])
-             if between.any() else found.turns[a])
-    return Change(turns, found.shift[a] + t[:, None] * (found.shift[b] - found.shift[a]))
+    here = found.at(a)
+    if not between.any():
+        return here
+    there = found.at(b)
+    return Change(np.where(between, slerp(here.turns, there.turns, t[:, None]), here.turns),
+                  here.shift + t[:, None] * (there.shift - here.shift))
 
 
 def _pose_of(clip, rows):
@@ -116,7 +119,8 @@ def _pose_of(clip, rows):
     return local_pose(replace(clip, values=clip.values[rows]))
 
 
-def moved_clip(take: Take, how: Rig, found: Change, fps: float | None = None) -> Clip:
+def moved_clip(take: Take, how: Rig, found: Change | LongChange,
+               fps: float | None = None) -> Clip:
     """The take's clip after a change of its motion, its strays as they were.
 
     how : of `rig`;  found : at 60 frames a second, y up;  fps : frames a second of the result, the
@@ -127,26 +131,25 @@ def moved_clip(take: Take, how: Rig, found: Change, fps: float | None = None) ->
     whole_pose = (None if rate == own else
                   resample(*bridged(*local_pose(clip), strays), own, rate))
     count = strays.end - strays.begin if whole_pose is None else len(whole_pose[0])
-    frames, turn, J = np.arange(count), take.upright, len(clip.joints)
-    made = np.empty((count, J, 3, 3)), np.empty((count, J, 3))
-    for n in range(0, count, AT_A_TIME):             # a pose takes ten times the clip's memory
-        some = frames[n:n + AT_A_TIME]
-        pose = (_pose_of(clip, strays.begin + some) if whole_pose is None else
-                (whole_pose[0][some], whole_pose[1][some]))
-        here = sampled(found, some * (FPS / rate))
-        here = Change(turn.T @ here.turns @ turn, here.shift @ turn)
-        for new, part in zip(made, moved_pose(clip, take.mapping, how, pose[0], pose[1], here)):
-            new[some] = part
-    every = rate / own
-    ends = [(np.arange(round(count * every)) / every).astype(int) + first
-            for count, first in ((strays.begin, 0), (rows - strays.end, strays.end))]
-    at = np.minimum(strays.begin + np.rint(frames / every).astype(int), rows - 1)
-    lost = strays.lost[at]
-    for new, old in zip(made, _pose_of(clip, at[lost])):
-        new[lost] = old
-    if len(ends[0]) or len(ends[1]):
-        first, last = (_pose_of(clip, rows) for rows in ends)
-        made = (np.concatenate([first[0], made[0], last[0]]),
-                np.concatenate([first[1], made[1], last[1]]))
-    return with_pose(clip, *made,
-                     clip.frame_time if rate == own else 1.0 / rate, free=how.placed)
+    every, turn = rate / own, take.upright
+    before, after = ((np.arange(round(n * every)) / every).astype(int) + first
+                     for n, first in ((strays.begin, 0), (rows - strays.end, strays.end)))
+
+    def _poses():
+        yield _pose_of(clip, before)
+        for n in range(0, count, AT_A_TIME):         # a pose takes ten times the clip's memory
+            some = np.arange(n, min(n + AT_A_TIME, count))
+            pose = (_pose_of(clip, strays.begin + some) if whole_pose is None else
+                    (whole_pose[0][some], whole_pose[1][some]))
+            here = sampled(found, some * (FPS / rate))
+            here = Change(turn.T @ here.turns @ turn, here.shift @ turn)
+            moved = moved_pose(clip, take.mapping, how, pose[0], pose[1], here)
+            at = np.minimum(strays.begin + np.rint(some / every).astype(int), rows - 1)
+            lost = strays.lost[at]
+            for new, old in zip(moved, _pose_of(clip, at[lost])):
+                new[lost] = old
+            yield moved
+        yield _pose_of(clip, after)
+
+    return with_poses(clip, len(before) + count + len(after), _poses(),
+                      clip.frame_time if rate == own else 1.0 / rate, free=how.placed)

@@ -36,7 +36,7 @@ def part_of(take: Take, result: Stylised, begin: float = 0.0,
     frames, fps = frames_of(take, begin, end), result.clip.fps
     first, last = _row(begin, fps), None if end is None else _row(end, fps)
     return replace(result, clip=replace(result.clip, values=result.clip.values[first:last]),
-                   positions=result.positions[frames], features=result.features[frames])
+                   positions=result.positions[frames], made=result.made[frames])
 
 
 def _row(seconds, fps):

@@ -95,34 +95,65 @@ def with_pose(clip: Clip, rotations: np.ndarray, translations: np.ndarray,
     frame_time : seconds a frame
     ->  Clip of T frames
     """
-    joints, tables = list(clip.joints), [np.zeros((len(rotations), 0))] * len(clip.joints)
-    for channels, some in _by_channels(clip.joints).items():
-        order = "".join(c[0] for c in channels if c not in POSITION_CHANNELS)
-        full = order + "".join(axis for axis in "ZXY" if axis not in order)
-        angles = np.concatenate([                                                # (T, n, 3)
-            rotation.matrix_to_euler(rotations[n:n + AT_A_TIME, some], full)
-            for n in range(0, max(len(rotations), 1), AT_A_TIME)])
-        needs = np.abs(angles[..., len(order):]).max(axis=(0, 2), initial=0) > 1e-9   # radians
-        if len(order) == 3:
-            angles = followed_euler(angles)
-        angles = np.degrees(np.unwrap(angles, axis=0))
-        offsets = np.array([joints[j].offset for j in some], float)
-        moves = np.abs(translations[:, some] - offsets).max(axis=(0, 2)) > 1e-9 * (
-            1e-9 + np.abs(offsets).max())
-        for n, j in enumerate(some):
+    pieces = ((rotations[n:n + AT_A_TIME], translations[n:n + AT_A_TIME])
+              for n in range(0, len(rotations), AT_A_TIME))
+    return with_poses(clip, len(rotations), pieces, frame_time, free)
+
+
+def with_poses(clip: Clip, frames: int, poses: Iterable[tuple[np.ndarray, np.ndarray]],
+               frame_time: float, free: Iterable[int] = ()) -> Clip:
+    """`with_pose` of a pose that comes in pieces, one after another, of so many frames together."""
+    joints, kinds, free = list(clip.joints), _by_channels(clip.joints), set(free)
+    full = {channels: _whole_order(channels) for channels in kinds}
+    # All channels that a joint may get, its own first: what is not needed is left out at the end.
+    wide = [(*joint.channels, *(c for c in (*(POSITION_CHANNELS if j in free else ()),
+                                            *full[joint.channels]) if c not in joint.channels))
+            for j, joint in enumerate(joints)]
+    begins = np.cumsum([0, *map(len, wide)])
+    at = [{c: begins[j] + n for n, c in enumerate(names)} for j, names in enumerate(wide)]
+    table, farthest, begin = np.empty((frames, begins[-1])), np.zeros((2, len(joints))), 0
+    for rotations, translations in poses:
+        rows = slice(begin, begin := begin + len(rotations))
+        for channels, some in kinds.items():
+            angles = rotation.matrix_to_euler(rotations[:, some],
+                                              "".join(c[0] for c in full[channels]))
+            table[rows, [[at[j][c] for c in full[channels]] for j in some]] = angles
+            away = translations[:, some] - np.array([joints[j].offset for j in some], float)
+            for most, found in zip(farthest, (angles[..., _turns(channels):], away)):
+                most[some] = np.maximum(most[some], np.abs(found).max(axis=(0, 2), initial=0))
+        for axis, name in enumerate(POSITION_CHANNELS):
+            having = [j for j in range(len(joints)) if name in at[j]]
+            table[rows, [at[j][name] for j in having]] = translations[:, having, axis]
+    for channels, some in kinds.items():
+        together = max(1, 64 * AT_A_TIME // max(frames, 1))
+        for n in range(0, len(some), together):      # joints whose curves are made at a time
+            columns = [[at[j][c] for c in full[channels]] for j in some[n:n + together]]
+            angles = table[:, columns]                                           # (T, n, 3)
+            if _turns(channels) == 3:
+                angles = followed_euler(angles)
+            table[:, columns] = np.degrees(np.unwrap(angles, axis=0))
+        size = max(abs(x) for j in some for x in joints[j].offset)
+        for j in some:
             own = channels
-            if needs[n]:
-                own = (*(c for c in own if c in POSITION_CHANNELS),
-                       *(f"{axis}rotation" for axis in full))
-            if moves[n] and j in free:
+            if farthest[0, j] > 1e-9:                                            # radians
+                own = (*(c for c in own if c in POSITION_CHANNELS), *full[channels])
+            if farthest[1, j] > 1e-9 * (1e-9 + size) and j in free:
                 own = (*POSITION_CHANNELS, *(c for c in own if c not in POSITION_CHANNELS))
-            values = dict(zip(POSITION_CHANNELS, translations[:, j].T))
-            values.update({f"{axis}rotation": angles[:, n, k] for k, axis in enumerate(full)})
-            if own != channels:
-                joints[j] = replace(joints[j], channels=own)
-            if own:
-                tables[j] = np.stack([values[channel] for channel in own], axis=1)
-    return Clip(tuple(joints), frame_time, np.concatenate(tables, axis=1))
+            joints[j] = replace(joints[j], channels=own) if own != channels else joints[j]
+    keep = [at[j][c] for j, joint in enumerate(joints) for c in joint.channels]
+    return Clip(tuple(joints), frame_time,
+                table if keep == list(range(begins[-1])) else table[:, keep])
+
+
+def _turns(channels):
+    """How many of the channels are rotations."""
+    return sum(c not in POSITION_CHANNELS for c in channels)
+
+
+def _whole_order(channels):
+    """Three rotation channels, those that are there first."""
+    own = [c for c in channels if c not in POSITION_CHANNELS]
+    return (*own, *(f"{axis}rotation" for axis in "ZXY" if f"{axis}rotation" not in own))
 
 
 def followed_euler(angles: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .features import leg_length
+from .features import leg_length, mean_steps
 from .ground import stretches
 from .rotation import slerp
 
@@ -44,7 +44,7 @@ def find_strays(positions: np.ndarray, fps: float) -> Strays:
     positions : (rows, 21, 3) at the file's own rate   ->  Strays
     """
     rows = len(positions)
-    steps = np.linalg.norm(np.diff(positions, axis=0), axis=-1).mean(axis=1) / leg_length(positions)
+    steps = mean_steps(positions) / leg_length(positions)
     usual = np.array([max(np.median(steps[max(0, t - AROUND):t], axis=0) if t else 0.0,
                           np.median(steps[t + 1:t + 1 + AROUND]) if t + 1 < len(steps) else 0.0)
                       for t in range(len(steps))])

@@ -3,14 +3,15 @@ of."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from .body import Seen, Take
-from .canonical import Change, applied, change, restricted
+from .canonical import Change, LongChange, applied, change, restricted
 from .clip import Clip
-from .features import decode, scale
-from .foot_ik import lock_feet
+from .features import AT_A_TIME, in_pieces, placed, root_motion, scale
+from .foot_ik import locked_legs, planted
 from .known import STRANGE
 from .moved import moved_clip, rig
 
@@ -22,8 +23,8 @@ WHOLLY = 0.25                # of a strength: from here on feet are planted, and
 class Stylised:
     """A stylised take.
 
-    clip : on its own skeleton;  positions : (T, 21, 3) of its 21 points, y up;  features : (T, 66)
-    as the network left them, in the take's unit;
+    clip : on its own skeleton;  positions : (T, 21, 3) of its 21 points, y up;  made : (T, 66)
+    as the network left them, of a body `ratio` times as large;
     astray : mean distance of the path of T(I) from the content's, and way : the length of the
     content's, in legs
     strays : what is said of the content (`body.Take.doubts`);  hinges : joints whose new pose
@@ -34,13 +35,19 @@ class Stylised:
 
     clip: Clip
     positions: np.ndarray
-    features: np.ndarray
+    made: np.ndarray
+    ratio: float
     astray: float = float("nan")
     way: float = float("nan")
     strays: str = ""
     hinges: tuple[str, ...] = ()
     strangeness: float = float("nan")
     strange: str = ""
+
+    @property
+    def features(self) -> np.ndarray:
+        """As the network left them, in the take's unit.   ->  (T, 66)"""
+        return scale(self.made, 1 / self.ratio)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -67,25 +74,51 @@ def onto_skeleton(take: Take, content: Seen, features: np.ndarray, *, clean: boo
     all the way, more beyond it; one number, or (T,) of them
     only : see `canonical.restricted`;  fps : frames a second, the clip's unless given
     """
-    share, made = np.reshape(strength, (-1, 1, 1)), decode(features, content.start)
-    found = change(content.positions, content.positions + share * (made - content.positions))
-    found = Change(found.turns, found.shift / content.ratio)
-    found = restricted(found, only) if only else found
-    how = rig(take.clip.joints, take.mapping)
-    positions = applied(take.positions, found, how.carries)
-    if clean and (not only or {"hips", "legs"} & set(only)):
-        planted = lock_feet(positions, take.contacts, take.rests[1::2], heels=take.rests[::2])
-        firm = np.clip(share / WHOLLY, 0.0, 1.0)
-        steps = change(positions, positions + firm * (planted - positions))
-        found, positions = found.then(steps), applied(positions, steps, how.carries)
-    if how.carrier < 0:                              # nothing in the file could carry the hips
-        found = Change(found.turns, 0 * found.shift)
-        positions = applied(take.positions, found, how.carries)
-    clip = moved_clip(take, how, found, fps)
+    share = np.broadcast_to(np.reshape(strength, (-1, 1, 1)), (len(features), 1, 1))
+    lock = clean and (not only or bool({"hips", "legs"} & set(only)))
+    said = "; ".join(take.doubts)                    # before memory is scarce
+    clip, positions = _moved(take, content, features, share, only, lock, fps)
     hinges = tuple(new.name for new, old in zip(clip.joints, take.clip.joints)
                    if _turning(new) > _turning(old) > 0)
-    return Stylised(clip, positions, scale(features, 1 / content.ratio),
-                    strays="; ".join(take.doubts), hinges=hinges)
+    return Stylised(clip, positions, features, content.ratio, strays=said, hinges=hinges)
+
+
+def _moved(take, content, features, share, only, lock, fps):
+    """The change of a take, a piece at a time.   ->  Clip, (T, 21, 3)"""
+    root, yaw = root_motion(features, content.start)
+    how, frames = rig(take.clip.joints, take.mapping), len(features)
+    locked: Any = None
+
+    def styled(some):
+        before, made = content.positions[some], placed(features[some], root[some], yaw[some])
+        found = change(before, before + share[some] * (made - before))
+        found = Change(found.turns, found.shift / content.ratio)
+        found = restricted(found, only) if only else found
+        return found, applied(take.positions[some], found, how.carries)
+
+    def whole(some):
+        found, positions = styled(some)
+        if locked is not None:
+            firm = np.clip(share[some] / WHOLLY, 0.0, 1.0)
+            stands = planted(positions, *(part[some] for part in locked))
+            steps = change(positions, positions + firm * (stands - positions))
+            found, positions = found.then(steps), applied(positions, steps, how.carries)
+        if how.carrier < 0:                          # nothing in the file could carry the hips
+            found = Change(found.turns, 0 * found.shift)
+            positions = applied(take.positions[some], found, how.carries)
+        return found, positions
+
+    if lock:
+        rests = take.rests
+        locked = locked_legs(in_pieces(lambda some: styled(some)[1], frames), take.contacts,
+                             rests[1::2], heels=rests[::2])
+    found: Any
+    if frames <= AT_A_TIME:
+        found, positions = whole(slice(0, frames))
+    else:
+        found = LongChange(lambda some: whole(some)[0], frames)
+        positions = in_pieces(lambda some: whole(some)[1], frames)
+    return moved_clip(take, how, found, fps), positions
 
 
 def _turning(joint):
