@@ -9,7 +9,6 @@ replaces what it reads (`protected`).
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 import contextlib
 import contextvars
-import csv
 import io
 import json
 import math
@@ -38,18 +37,16 @@ class FormatError(ValueError):
 
 
 @contextlib.contextmanager
-def protected(inputs: Iterable[str | Path]) -> Iterator[None]:
-    """While the block runs, no `atomic_write` replaces one of these files, under whatever name."""
+def protected(inputs: Iterable[str | Path]) -> Iterator[list[str]]:
+    """While the block runs, no `atomic_write` replaces one of these files, under whatever name.
+
+    ->  yields all that are protected then
+    """
     token = _protected.set({**_protected.get(), **{identity(path): str(path) for path in inputs}})
     try:
-        yield
+        yield list(_protected.get().values())
     finally:
         _protected.reset(token)
-
-
-def inputs_protected() -> list[str]:
-    """The files that are protected now, for a process that works for this one."""
-    return list(_protected.get().values())
 
 
 def identity(path: str | Path) -> tuple:
@@ -85,7 +82,7 @@ def check_writable(path: str | Path) -> None:
     target = _target(path)
     if not is_special(path):
         with _named(path), tempfile.TemporaryFile(dir=target.parent):
-            pass
+            return
 
 
 def is_special(path: str | Path) -> bool:
@@ -182,15 +179,6 @@ def atomic_write(path: str | Path, mode: str = "w") -> Iterator[IO]:
         os.fsync(handle)
 
 
-def read_table(path: str | Path, layout: str, refusal: type[ValueError]) -> list[list[str]]:
-    """A small CSV file as lists of stripped cells, one a line.   Raises `refusal`, OSError."""
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            return [[cell.strip() for cell in row] for row in csv.reader(file, strict=True)]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise refusal(f"{path}: found {error}, needed UTF-8 text with {layout}") from None
-
-
 def save_npz(path: str | Path, format_name: str, version: int, arrays: Mapping[str, Any],
              facts: Mapping[str, Any]) -> None:
     """Write named arrays and plain facts (numbers, words, lists) as one `.npz` file.
@@ -254,8 +242,7 @@ def read_bytes(path: str | Path, most: int) -> bytes:
             data += piece
             size = max(size, len(data))
     if size > most:
-        raise FormatError(f"{path}: found more than {most} bytes, needed a file of at most that; "
-                          "is it one?")
+        raise FormatError(f"{path}: found more than {most} bytes, needed a file of at most that")
     return bytes(data)
 
 
@@ -277,6 +264,11 @@ def read_arrays(data: bytes, *, names: Iterable[str] | None = None,
                     if names is None or name in names}
     except Exception as error:                               # zipfile and NumPy raise some 15 kinds
         raise ValueError((str(error).splitlines() or [type(error).__name__])[0][:120]) from None
+
+
+def read_npy(data: bytes) -> np.ndarray:
+    """The array of numbers of an `.npy` file, as long as its header says.   Raises ValueError."""
+    return _array_of(io.BytesIO(data), len(data), "the file")
 
 
 def plausible(array: np.ndarray) -> bool:
@@ -304,17 +296,20 @@ def _read_array(archive, info, most):
     if not allowed or not info.filename.endswith(".npy"):
         raise ValueError(f"{member_name} is no plain .npy array")
     with archive.open(info) as member:
-        version = np.lib.format.read_magic(member)
-        read_header = {(1, 0): np.lib.format.read_array_header_1_0,
-                       (2, 0): np.lib.format.read_array_header_2_0}.get(version)
-        if read_header is None:
-            raise ValueError(f"{member_name} has an unknown .npy version")
-        shape, fortran, dtype = read_header(member)
-        size = math.prod(shape) * dtype.itemsize
-        if dtype.kind not in "fiubU" or size > info.file_size:
-            raise ValueError(f"{member_name} is no array of numbers, or shorter than it claims")
-        data = member.read(info.file_size + 1)               # to the end: verifies the checksum
+        return _array_of(member, info.file_size, member_name)
+
+
+def _array_of(file, most, name):
+    version = np.lib.format.read_magic(file)
+    if version not in ((1, 0), (2, 0)):
+        raise ValueError(f"{name} has an unknown .npy version")
+    shape, fortran, dtype = (np.lib.format.read_array_header_1_0 if version == (1, 0) else
+                             np.lib.format.read_array_header_2_0)(file)
+    size = math.prod(shape) * dtype.itemsize
+    if dtype.kind not in "fiubU" or size > most:
+        raise ValueError(f"{name} is no array of numbers, or shorter than it claims")
+    data = file.read(most + 1)                               # to the end: verifies the checksum
     if len(data) != size:
-        raise ValueError(f"{member_name} is longer or shorter than it claims")
+        raise ValueError(f"{name} is longer or shorter than it claims")
     array = np.frombuffer(data, dtype).reshape(shape, order="F" if fortran else "C")
     return array.copy(order="K")

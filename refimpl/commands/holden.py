@@ -133,8 +133,8 @@ def _style_rows(arguments, ground, styles, network, name, ways):
     """Each style by each way, and what the content and real takes would get."""
     progress = Progress(arguments.seeds * len(styles) * len(ways), "style network")
     rows, referee = [], network(REFEREE)
-    tasks = [(seed, style, network(seed, form=form), weights, share)
-             for seed in range(arguments.seeds) for style in styles for form, weights, share in ways]
+    tasks = [(seed, style, network(seed, form=form), *how) for seed in range(arguments.seeds)
+             for style in styles for form, *how in ways]
     learnt = each(arguments.processes, _learnt, tasks, ground, referee, {
         name: getattr(arguments, name) for name in ("contents", "channels", "epochs")})
     for seed in range(arguments.seeds):

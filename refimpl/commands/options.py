@@ -25,19 +25,21 @@ def whole(least: int, most: int = 10 ** 9) -> Callable[[str], int]:
     def read(text: str) -> int:
         if not re.fullmatch("[0-9]{1,10}", text) or not least <= int(text) <= most:
             raise argparse.ArgumentTypeError(
-                f"found {text!r}, needed a whole number from {least} on")
+                f"found {text!r}, needed a whole number from {least} "
+                + ("on" if most == 10 ** 9 else f"to {most}"))
         return int(text)
     return read
 
 
 def number(*, least: float | None = None, above: float | None = None,
-           below: float | None = None) -> Callable[[str], float]:
+           below: float | None = None, most: float | None = None) -> Callable[[str], float]:
     """An argparse type: a finite number within the bounds that are given.
 
     >>> number(least=0, below=1)("0.15")
     0.15
     """
-    given = (("from {:g} on", least), ("above {:g}", above), ("below {:g}", below))
+    given = (("from {:g} on", least), ("above {:g}", above), ("below {:g}", below),
+             ("up to {:g}", most))
     bounds = " and ".join(word.format(bound) for word, bound in given if bound is not None)
 
     def read(text: str) -> float:
@@ -46,7 +48,7 @@ def number(*, least: float | None = None, above: float | None = None,
         except ValueError:
             value = math.nan
         if (not math.isfinite(value) or (least is not None and value < least)
-                or (above is not None and value <= above)
+                or (above is not None and value <= above) or (most is not None and value > most)
                 or (below is not None and value >= below)):
             raise argparse.ArgumentTypeError(f"found {text!r}, needed a number {bounds}")
         return value

@@ -14,7 +14,7 @@ from ..motion.dataset import Dataset, assemble, load_dataset
 from ..motion.features import FPS
 from ..motion.points import is_points
 from ..motion.labels import PATTERN, find_clips, labels_by_pattern, labels_from_file
-from ..storage import read_table
+from ..motion.tables import read_table
 from .options import InputPath, OutputPath, OutputPicture, pattern, write_report
 from .progress import Progress, table
 
@@ -112,6 +112,14 @@ def read_lines(path: str | Path) -> list[dict[str, str]]:
     if missing:
         raise score.ScoreError(f"{path}: found columns {', '.join(header) or 'none'}, needed "
                                f"{', '.join(missing)} too; the header is {','.join(COLUMNS)}")
+    twice = {name for name in header if name and header.count(name) > 1}
+    over = [n for n, row in rows[1:] if any(row[len(header):])]
+    if twice or over:
+        raise score.ScoreError(f"{path}{f':{over[0]}' if over else ''}: found "
+                               + (f"two columns {', '.join(sorted(twice))}" if twice else
+                                  f"more cells than the {len(header)} columns of the header")
+                               + ", needed each value under one word; was a comma meant as part "
+                               "of a name? Put it in quotes")
     if len(rows) < 2:
         raise score.ScoreError(f"{path}: found no row below the header, needed some results")
     return [{"line": str(n), **dict(zip(header, row))} for n, row in rows[1:]]

@@ -254,7 +254,7 @@ def _distance_rows(measured):
     means = {key: float(np.mean([clip[key] for clip in measured])) for key in keys}
     for clip in [*measured, {"clip": "mean", **means}]:
         rows.append([clip["clip"], *(f"{clip[key]:.1f}" for key in keys),
-                     f"{clip['projected'] / clip['content']:.0%}"])
+                     f"{clip['projected'] / clip['content']:.0%}" if clip["content"] else "-"])
     return rows
 
 

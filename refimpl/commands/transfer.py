@@ -18,6 +18,7 @@ from ..motion.canonical import PARTS
 from ..motion.clip import plus_offsets
 from ..motion.joints import SLOT, MappingError
 from ..motion.part import frames_of, part_of
+from ..motion.skeleton import FASTEST, SLOWEST
 from .options import (InputPath, OutputClip, OutputPage, OutputPath, OutputPicture, add_reading,
                       number, parts, reading, whole, write_report)
 from .progress import Progress
@@ -56,12 +57,12 @@ def add_commands(commands: Any) -> None:
                          help="T(I) alone, without the manifold projection P")
     command.add_argument("--own-pace", action="store_true",
                          help="walk the content's path as fast as the result's feet step")
-    command.add_argument("--strength", type=number(least=0), default=1.0, metavar="S",
+    command.add_argument("--strength", type=number(least=0, most=100), default=1.0, metavar="S",
                          help="how much of the change: 0 is the content, 1 the style "
                               "(default: %(default)g)")
     command.add_argument("--only", type=parts, default=(), metavar="A,B",
                          help=f"change these parts alone, of {', '.join(PARTS)}")
-    command.add_argument("--fps", type=number(above=0), metavar="FPS",
+    command.add_argument("--fps", type=number(least=SLOWEST, most=FASTEST), metavar="FPS",
                          help="frames a second of the result (default: the clip's own)")
     command.add_argument("--plot", metavar="OUT.png", type=OutputPicture,
                          help="draw content and result, a pose at a time, from the side")

@@ -9,7 +9,7 @@ import signal
 import threading
 from typing import Any
 
-from ..storage import inputs_protected, protected
+from ..storage import protected
 
 _constants: tuple = ()                                           # in a worker: those of its command
 
@@ -42,9 +42,9 @@ def workers(count: int, *constants: Any) -> Iterator[Executor | None]:
     if count == 1:
         yield None
         return
-    with _signals_blocked():                                     # the workers inherit it
+    with _signals_blocked(), protected([]) as inputs:            # the workers inherit it
         executor: Executor = ProcessPoolExecutor(
-            count, initializer=_begin, initargs=(inputs_protected(), constants))
+            count, initializer=_begin, initargs=(inputs, constants))
         executor.submit(int).result()
     try:
         yield executor

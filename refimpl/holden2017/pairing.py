@@ -134,6 +134,10 @@ def make_training_set(dataset: Dataset, manifold: Manifold, style: str, *,
             to_scale(clip.features, dataset.leg, manifold.leg))
     pairs = pairs or {}
     for content, exemplar in pairs.items():
+        if content not in {c.content for c in chosen}:
+            raise PairingError(
+                f"pair {content}={exemplar}: found no clip of content {content!r} to train on, "
+                f"needed one of {', '.join(sorted({c.content for c in chosen}))}")
         if exemplar not in by_content:
             raise PairingError(
                 f"pair {content}={exemplar}: found no exemplar of content {exemplar!r}, needed one "

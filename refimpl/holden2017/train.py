@@ -15,6 +15,7 @@ import numpy as np
 
 from .. import nn
 from ..nn.adam import annealed
+from ..storage import plausible
 from .trained import Manifold
 from .networks import (SPARSE, CHANNELS, DEPOOLING, HIDDEN, WIDTH, Found, Gradients, Params,
                        Reconstruction, autoencoder_gradients, init_loss_network,
@@ -153,7 +154,11 @@ def run_epoch(state: State, epoch: int, order: np.ndarray, size: int,
         for name, loss in losses.items():
             sums[name] = sums.get(name, 0.0) + float(loss) * len(indices)
         norms.append(norm)
-        params, adam = nn.adam_step(params, gradients, adam, rate=rate)
+        with np.errstate(over="ignore", invalid="ignore"):
+            params, adam = nn.adam_step(params, gradients, adam, rate=rate)
+    if wild := [name for name, p in params.items() if not plausible(p)]:
+        raise TrainingError(f"epoch {epoch}: found {', '.join(wild)} not finite or beyond 1e9, "
+                            "needed weights that can be used; lower the learning rate")
     count = sum(map(len, batches))
     means = {name: total / count for name, total in sums.items()}
     return (Record(epoch, means, float(np.mean(norms)), time.perf_counter() - began),

@@ -74,10 +74,12 @@ def transfer(take: Take, style: Style, *, projected: bool = True, clean: bool = 
                                                         path_length(content)))
     velocities = (content if clean else transformed)[:, VELOCITIES].copy()
     # An hour of features is 114 MB: what the networks have seen goes.
-    there, content = replace(there, around=there.around[:0].copy()), None
+    there = replace(there, around=there.around[:0].copy())
+    del content
     if projected:
         moved = project_features(moved, manifold, networks=networks)
-    moved, transformed = moved[MARGIN:-MARGIN], None
+    del transformed
+    moved = moved[MARGIN:-MARGIN]
     moved[:, VELOCITIES] = velocities
     if own_pace:
         moved[:, TRANSLATION] *= pace(moved, take.contacts)

@@ -95,8 +95,8 @@ def make_take(clip: Clip, overrides: dict[str, str] | None = None,
     clip : of any skeleton;  overrides : {slot: joint};  name : the clip's, for messages   ->  Take
     Raises MappingError (a joint is missing) or ValueError (no legs, nothing finite).
     """
-    mapping = map_clip(clip, overrides, name)
     with np.errstate(over="ignore", invalid="ignore"):       # what is absurd is refused below
+        mapping = map_clip(clip, overrides, name)
         positions = slot_positions(clip, mapping)
         strays = find_strays(positions, clip.fps)
         if clip.fps != FPS or strays.said():

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..storage import read_table
+from .tables import read_table
 
 SLOTS = ("Hips",
          "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToe",

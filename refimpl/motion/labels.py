@@ -6,7 +6,8 @@ from pathlib import Path
 import re
 from typing import Any, NamedTuple
 
-from ..storage import is_special, read_table
+from ..storage import is_special
+from .tables import read_table
 
 PATTERN = r"(?:^|_)(?P<content>[^_]+)_(?P<style>[^_]+)_[^_]*$"       # dataset-1_walk_old_001
 LABELLED = ["clip", "content", "style"]

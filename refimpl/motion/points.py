@@ -8,12 +8,11 @@ like any other.
 """
 
 from collections.abc import Mapping
-import io
 from pathlib import Path
 
 import numpy as np
 
-from ..storage import LARGEST_FILE, plausible, read_arrays, read_bytes
+from ..storage import LARGEST_FILE, plausible, read_arrays, read_bytes, read_npy
 from .canonical import change, measured
 from .clip import POSITION_CHANNELS, Clip, Joint
 from .joints import JOINTS, PARENTS, SLOT, SLOTS, MappingError
@@ -64,8 +63,8 @@ def _array(path):
     """The one array of points in a file.   ->  (T, J, 3)"""
     data = read_bytes(path, LARGEST_FILE)
     try:
-        found = ({"": np.load(io.BytesIO(data), allow_pickle=False)}
-                 if str(path).lower().endswith(".npy") else read_arrays(data, most=LONGEST))
+        found = ({"": read_npy(data)} if str(path).lower().endswith(".npy") else
+                 read_arrays(data, most=LONGEST))
     except (ValueError, EOFError, OSError) as why:
         raise PointsError(f"{path}: found no array of numbers ({str(why)[:80]}), needed (T, J, 3); "
                           "a pickled dictionary must be saved as its array") from None

@@ -89,15 +89,15 @@ def _moved(take, content, features, share, only, lock, fps):
     how, frames = rig(take.clip.joints, take.mapping), len(features)
     locked: Any = None
 
-    def styled(some):
+    def _styled(some):
         before, made = content.positions[some], placed(features[some], root[some], yaw[some])
         found = change(before, before + share[some] * (made - before))
         found = Change(found.turns, found.shift / content.ratio)
         found = restricted(found, only) if only else found
         return found, applied(take.positions[some], found, how.carries)
 
-    def whole(some):
-        found, positions = styled(some)
+    def _whole(some):
+        found, positions = _styled(some)
         if locked is not None:
             firm = np.clip(share[some] / WHOLLY, 0.0, 1.0)
             stands = planted(positions, *(part[some] for part in locked))
@@ -110,14 +110,14 @@ def _moved(take, content, features, share, only, lock, fps):
 
     if lock:
         rests = take.rests
-        locked = locked_legs(in_pieces(lambda some: styled(some)[1], frames), take.contacts,
+        locked = locked_legs(in_pieces(lambda some: _styled(some)[1], frames), take.contacts,
                              rests[1::2], heels=rests[::2])
     found: Any
     if frames <= AT_A_TIME:
-        found, positions = whole(slice(0, frames))
+        found, positions = _whole(slice(0, frames))
     else:
-        found = LongChange(lambda some: whole(some)[0], frames)
-        positions = in_pieces(lambda some: whole(some)[1], frames)
+        found = LongChange(lambda some: _whole(some)[0], frames)
+        positions = in_pieces(lambda some: _whole(some)[1], frames)
     return moved_clip(take, how, found, fps), positions
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..motion.dataset import LabelError
-from ..storage import read_table
+from ..motion.tables import read_table
 from .observe import EFFORTS, LIMIT
 
 HEADER = ["clip", "start", "end", *EFFORTS]
