@@ -37,7 +37,7 @@ def test_real_takes_are_the_unit_and_the_content_keeps_its_path(world):
                                                          "no clean-up", "result"))
     assert all(0.5 < real[name] < 2.0 for name in (*experiment.WATCHED, "legs' jerk"))
     assert real["seen"] == 1.0 and content["seen"] == 0.0 and real["clips"] == 1
-    assert content["path"] < raw["path"] and clean["slide"] < 0.3 * raw["slide"]
+    assert content["path"] < raw["path"] and clean["slide"] < 0.4 * raw["slide"]
 
 
 def test_ends_that_go_on_are_nearer_to_the_clip_cut_later_than_zeros(world):
@@ -49,7 +49,7 @@ def test_ends_that_go_on_are_nearer_to_the_clip_cut_later_than_zeros(world):
 
 def test_motion_that_needs_no_clean_up_is_hardly_moved(world):
     [row] = experiment.leg_rows(*world[:2])
-    assert row["clips"] == 2 and row["slide"] < 0.2 * row["slide before"]
+    assert row["clips"] == 2 and row["slide"] < 0.35 * row["slide before"]
     assert row["legs' jerk"] < 1.4 and 0.1 < row["moved"] < 3.0
 
 
