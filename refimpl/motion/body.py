@@ -17,7 +17,7 @@ from .canonical import Physique, to_body
 from .clip import Clip, plus_offsets
 from .doubts import doubts
 from .extend import extended
-from .features import (AT_A_TIME, FLOOR, FPS, LEG_RANGE, Start, encode, heading, leg_length,
+from .features import (AT_A_TIME, FLOOR, FPS, LEG_RANGE, Start, encode, facing_yaw, leg_length,
                        root_motion, scale)
 from .ground import planted_feet, resting_heights
 from .joints import BONES, HEELS, JOINTS, SLOT, Mapping
@@ -73,7 +73,7 @@ class Take:
             initial=0)
         if largest > ROUNDED_AWAY:
             said.append(f"an angle is {largest:.3g} degrees: what is left of it is rounding")
-        yaw = heading(extended(self.positions, MARGIN))
+        yaw = facing_yaw(extended(self.positions, MARGIN))
         turn = nearest_turn(np.diff(yaw))[MARGIN:1 - MARGIN]
         return (*said, *doubts(self.positions, turn, self.clip.fps, self.up))
 

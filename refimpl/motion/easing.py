@@ -68,3 +68,15 @@ def blended(values: np.ndarray, known: np.ndarray, frames: int) -> np.ndarray:
         weight = np.where(~known & there, 1 - 3 * x ** 2 + 2 * x ** 3, 0.0)[:, None]
         out += weight * np.where(weight > 0, values[source], 0.0)
     return out
+
+
+def softened(asked: np.ndarray, free: np.ndarray, far: np.ndarray) -> np.ndarray:
+    """How far a leg reaches that is asked to reach so far: the same as long as it is free, then
+    ever less, and never all of `far`.   three of (T,)  ->  (T,)
+
+    >>> softened(np.array([9.0, 9.7, 10.0, 12.0]), np.full(4, 9.7), np.full(4, 10.0)).round(2)
+    array([ 9.  ,  9.7 ,  9.89, 10.  ])
+    """
+    room = np.maximum(far - free, 1e-9 * far)
+    beyond = np.maximum(asked - free, 0.0)
+    return np.where(beyond > 0, far - room * np.exp(-beyond / room), asked)

@@ -176,7 +176,7 @@ def facing(positions: np.ndarray) -> np.ndarray:
     return forward / np.linalg.norm(forward, axis=1, keepdims=True)
 
 
-def heading(positions: np.ndarray) -> np.ndarray:
+def facing_yaw(positions: np.ndarray) -> np.ndarray:
     """The yaw of where the body faces, radians.   (T, 21, 3)  ->  (T,)"""
     forward = facing(positions)
     return np.arctan2(forward[:, 0], forward[:, 1])
@@ -194,7 +194,7 @@ def encode(positions: np.ndarray, floor: float | None = None) -> tuple[np.ndarra
     """
     positions = checked_positions(positions)
     floor = floor_height(positions) if floor is None else float(floor)
-    root, yaw = root_path(positions), heading(positions)
+    root, yaw = root_path(positions), facing_yaw(positions)
     to_local = yaw_rotation(-yaw).swapaxes(1, 2)                                    # (T, 3, 3)
     origin = np.stack([root[:, 0], np.full(len(root), floor), root[:, 1]], axis=1)  # (T, 3)
     velocity = np.diff(origin, axis=0)[:, None] @ to_local[1:]                      # (T-1, 1, 3)

@@ -26,6 +26,7 @@ import numpy as np
 from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
+from .easing import softened
 from .feet import checked_contacts
 from .features import checked_positions
 from .ground import stretches
@@ -52,11 +53,11 @@ def lock_feet(positions: np.ndarray, contacts: np.ndarray, floor: Any = 0.0, *,
     foot goes below them;  blend : frames
     ->  (T, 21, 3).   Raises ValueError for wrong shapes, labels or frames.
     """
-    return planted(checked_positions(positions),
+    return on_legs(checked_positions(positions),
                    *locked_legs(positions, contacts, floor, heels=heels, blend=blend))
 
 
-def planted(positions: np.ndarray, down: np.ndarray, legs: np.ndarray) -> np.ndarray:
+def on_legs(positions: np.ndarray, down: np.ndarray, legs: np.ndarray) -> np.ndarray:
     """A body with the hips and the legs of `locked_legs`.
 
     positions : (T, 21, 3);  down : (T,);  legs : (T, 6, 3)   ->  (T, 21, 3)
@@ -69,10 +70,8 @@ def planted(positions: np.ndarray, down: np.ndarray, legs: np.ndarray) -> np.nda
 
 def locked_legs(positions: np.ndarray, contacts: np.ndarray, floor: Any = 0.0, *,
                 heels: Any = -np.inf, blend: int = BLEND) -> tuple[np.ndarray, np.ndarray]:
-    """What `lock_feet` changes.
-
-    ->  (T,) how far the body goes down, (T, 6, 3) where knee, ankle and toe of both legs are
-    """
+    """What `lock_feet` changes.   ->  (T,) how far the body goes down, (T, 6, 3) where knee, ankle
+    and toe of both legs are"""
     raw = checked_positions(positions)
     contacts = checked_contacts(contacts, len(raw))
     if not isinstance(blend, (int, np.integer)) or isinstance(blend, bool) or blend < 1:
@@ -256,18 +255,6 @@ def _stances(labels, path, gap, near):
                 continue
         found.append((begin, end))
     return found
-
-
-def softened(asked: np.ndarray, free: np.ndarray, far: np.ndarray) -> np.ndarray:
-    """How far a leg reaches that is asked to reach so far: the same as long as it is free, then
-    ever less, and never all of `far`.   three of (T,)  ->  (T,)
-
-    >>> softened(np.array([9.0, 9.7, 10.0, 12.0]), np.full(4, 9.7), np.full(4, 10.0)).round(2)
-    array([ 9.  ,  9.7 ,  9.89, 10.  ])
-    """
-    room = np.maximum(far - free, 1e-9 * far)
-    beyond = np.maximum(asked - free, 0.0)
-    return np.where(beyond > 0, far - room * np.exp(-beyond / room), asked)
 
 
 def lowered(raw: np.ndarray, ankles: Sequence[np.ndarray], blend: int = BLEND) -> np.ndarray:

@@ -11,7 +11,7 @@ from .body import Seen, Take
 from .canonical import Change, LongChange, applied, change, restricted
 from .clip import Clip
 from .features import AT_A_TIME, in_pieces, placed, root_motion, scale
-from .foot_ik import locked_legs, planted
+from .foot_ik import locked_legs, on_legs
 from .known import STRANGE
 from .moved import moved_clip, rig
 
@@ -100,7 +100,7 @@ def _moved(take, content, features, share, only, lock, fps):
         found, positions = _styled(some)
         if locked is not None:
             firm = np.clip(share[some] / WHOLLY, 0.0, 1.0)
-            stands = planted(positions, *(part[some] for part in locked))
+            stands = on_legs(positions, *(part[some] for part in locked))
             steps = change(positions, positions + firm * (stands - positions))
             found, positions = found.then(steps), applied(positions, steps, how.carries)
         if how.carrier < 0:                          # nothing in the file could carry the hips
