@@ -18,7 +18,8 @@ from .commands import (bench, blend, check, demo, evaluate, inspect, prepare,  #
                        score, styles, torresani, train, train_2016, transfer)
 from .commands.options import InputFolder, OutputFolder, files_of  # noqa: E402
 from .commands.terminal import safe_streams  # noqa: E402
-from .storage import OutputError, check_outputs, identity, protected  # noqa: E402
+from .storage import (OutputError, check_folder, check_outputs, identity,  # noqa: E402
+                      protected)
 
 GROUPS = (styles, demo, inspect, prepare, train, train_2016, transfer, evaluate, score, blend,
           torresani, check, bench)
@@ -90,9 +91,11 @@ def _run(arguments):
     read = {**inputs, **{path: path for folder in folders for path in _files_below(folder)}}
     check_outputs({w: p for w, p in outputs.items() if not isinstance(p, OutputFolder)}, read)
     for word, path in outputs.items():
-        if isinstance(path, OutputFolder) and identity(path) in map(identity, folders):
-            raise OutputError(f"{path}: found one folder for {word} and the input, needed another "
-                              "one to write into; nothing was written")
+        if isinstance(path, OutputFolder):
+            if identity(path) in map(identity, folders):
+                raise OutputError(f"{path}: found one folder for {word} and the input, needed "
+                                  "another one to write into; nothing was written")
+            check_folder(path)
     with protected(read.values()):
         return arguments.run(arguments)
 

@@ -62,8 +62,7 @@ def check_outputs(outputs: Mapping[str, str | Path], inputs: Mapping[str, str | 
     """Refuse outputs that are an input or each other, and those that cannot be written.
 
     outputs, inputs : {the word on the command line: path}
-    Raises OutputError, OSError. A pipe or a device may be named twice.
-    """
+    A pipe or a device may be named twice.   Raises OutputError, OSError."""
     taken = {identity(path): (word, path) for word, path in inputs.items()}
     for word, path in outputs.items():
         check_writable(path)
@@ -83,6 +82,14 @@ def check_writable(path: str | Path) -> None:
     if not is_special(path):
         with _named(path), tempfile.TemporaryFile(dir=target.parent):
             return
+
+
+def check_folder(path: str | Path) -> None:
+    """The same for a folder, which may be made later."""
+    whole = Path(os.path.abspath(path))
+    with _named(path), tempfile.TemporaryFile(dir=next(
+            there for there in (whole, *whole.parents) if os.path.lexists(there))):
+        pass
 
 
 def is_special(path: str | Path) -> bool:
@@ -144,8 +151,7 @@ def atomic_write(path: str | Path, mode: str = "w") -> Iterator[IO]:
     """Open a file for writing that appears under `path` only when the block ends without an error.
 
     mode : "w" (text, UTF-8, newlines as given) or "wb" (bytes)
-    Raises OSError when the folder is missing, is not writable or the disk is full, OutputError when
-    a command would replace what it reads; `path` is then untouched.
+    Raises OSError, OutputError (a command would replace what it reads); `path` is then untouched.
     """
     target = _target(path)
     text: dict[str, Any] = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
@@ -205,8 +211,7 @@ def load_npz(path: str | Path, format_name: str, version: int, needed: Sequence[
 
     needed : names of the arrays that must be there
     facts : {name: type} of the facts that must be there
-    ->  ({name: array}, facts)
-    Raises FormatError (foreign, damaged, of another version, something missing) or OSError.
+    ->  ({name: array}, facts).   Raises FormatError (foreign, damaged or another version), OSError.
     """
     kind, data = f"a refimpl {format_name} file", read_bytes(path, LARGEST_FILE)
     try:
@@ -250,9 +255,9 @@ def read_arrays(data: bytes, *, names: Iterable[str] | None = None,
                 most: int = 0) -> dict[str, np.ndarray]:
     """The arrays of the bytes of an `.npz` file; one in Fortran order comes back in that order.
 
-    names : those that are wanted, all unless given; the others are left unread
+    names : those that are wanted, all unless given
     most : bytes that a compressed member may have once it is decompressed; 0 for none at all
-    Raises ValueError for anything else, whatever is wrong with it.
+    Raises ValueError for anything else.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:

@@ -119,6 +119,21 @@ def test_a_folder_written_into_may_not_overwrite_what_is_read(here, capsys):
     assert (here / "report.json").read_bytes() == before
 
 
+def test_a_folder_that_cannot_be_one_is_refused_before_any_work(made):
+    told = targets.campaign(made, ["demo", "export", "experiment torresani", "styles", "evaluate"],
+                            ())
+    assert len(told) > 16 and not [row for row in told if row[3]], told
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_that_may_not_be_written_to_is_refused_before_any_work(tmp_path, capsys):
+    tmp_path.chmod(0o555)
+    for words in ("demo --out {}/new", "experiment torresani --out {}", "export {}/a/b"):
+        assert main(words.format(tmp_path).split()) == 2
+        out, err = capsys.readouterr()
+        assert not out and err.count("\n") == 1 and str(tmp_path) in err
+
+
 def test_links_are_followed_and_stay(here):
     (here / "target.txt").write_text("data")
     for link, target in (("link.bvh", "target.txt"), ("dangling.bvh", "not there yet.txt")):

@@ -1,5 +1,5 @@
-"""Every output of every command on fifteen kinds of target: is a file lost that was not to be
-written? `python -m tests.hostile.targets [COMMAND ...]`
+"""Every output of every command on fifteen kinds of target, every folder on four: is a file lost
+that was not to be written? `python -m tests.hostile.targets [COMMAND ...]`
 
 Outputs are found in the parser, so that a new option is tried as soon as it is there. Targets that
 must be refused are refused before any work, in one line, and nothing in the folder is another byte;
@@ -33,16 +33,20 @@ WORDS = {       # a command that works, without any output but those that it nee
     "experiment ground": "--takes 1",
     "bench": "--no-peer --seconds 0.001",
     "evaluate": "clips motions.npz old.npz --most 1", "experiment bodies": "old.npz --most 1",
+    "score": "results.csv", "segment": "clips/walk_old_0.bvh clips", "styles": "",
+    "blend": "clips/walk_old_0.bvh clips/walk_old_1.bvh -o OUT.bvh",
     "demo": "", "export": "OUT", "experiment torresani": "--splits 1 --trials 1",
     "experiment holden": "--tables path --hidden 6 --channels 4 --loss-epochs 1 --epochs 1"}
 SLOW = ("experiment", "bench", "evaluate", "demo", "synthesise", "export", "train-2016")
 REFUSED = ("folder", "missing folder", "below a file", "circle", "input", "hard link", "linked "
            "input", "other output", "long name")
 WRITTEN = ("new", "old", "link", "dangling", "pipe", "device")
+NO_FOLDER = ("file", "below a file", "circle", "input")
 INPUT = {"evaluate": "motions.npz", "synthesise": "c.bvh", "check": "known",
          "experiment bodies": "old.npz", "prepare": "clips/walk_old_0.bvh",
          "train-autoencoder": "motions.npz", "train-style": "manifold.npz",
-         "train-2016": "motions.npz"}
+         "train-2016": "motions.npz", "score": "results.csv", "blend": "clips/walk_old_0.bvh",
+         "segment": "clips/walk_old_0.bvh"}
 
 
 def made(folder):
@@ -54,6 +58,8 @@ def made(folder):
                 "walk", style, walkers.person(number), seconds=4.1, seed=number).clip)
     bvh.write_bvh(folder / "c.bvh", walkers.make_clip("walk", "normal", seconds=2.0).clip)
     (folder / "known").write_text("gram/*\n")
+    (folder / "results.csv").write_text("content,style,result\n"
+                                        "clips/walk_normal_0.bvh,clips/walk_old_0.bvh,c.bvh\n")
     with contextlib.chdir(folder) if hasattr(contextlib, "chdir") else _there(folder):
         for words in ("prepare clips -o motions.npz --hold-out 0.5",
                       f"train-autoencoder motions.npz -o manifold.npz --hidden 6 {TINY}",
@@ -161,10 +167,11 @@ def words_with(command, option, path, kind):
 
 def tried(command, option, kind):
     """One output on one kind of target, in the current folder.   ->  what is wrong, or ""  """
-    if kind in ("input", "hard link", "linked input") and command in ("bench", "experiment ground",
-                                                                      "experiment holden"):
+    if kind in ("input", "hard link", "linked input") and command in (
+            "bench", "experiment ground", "experiment holden", "styles"):
         return None                                              # it reads no file
-    ending = ".bvh" if f"{WORDS[command]} ".find("OUT.bvh ") >= 0 and option == "-o" else ""
+    ending = {"--plot": ".png", "--sheet": ".png", "--curves": ".png", "--animate": ".html"}.get(
+        option, ".bvh" if option == "-o" and f"{WORDS[command]} ".find("OUT.bvh ") >= 0 else "")
     path = target_of(kind, command, ending)
     words = words_with(command, option, path, kind)
     if words is None:
@@ -195,16 +202,32 @@ def tried(command, option, kind):
     return ""
 
 
+def tried_folder(command, option, kind):
+    """One folder to write into that cannot be one, in the current folder.   ->  what is wrong"""
+    path = {"input": INPUT.get(command, "c.bvh"), "below a file": "c.bvh/deep/er"}.get(kind, "no")
+    if kind == "file":
+        Path(path).write_text("old")
+    elif kind == "circle":
+        os.symlink("round", path)
+        os.symlink(path, "round")
+    before = snapshot()
+    status, err = quiet(words_with(command, option, path, kind))
+    good = status == 2 and err.startswith("refimpl: error:") and err.count("\n") == 1
+    return ("" if good else f"status {status}, said {err[-200:]!r}") + (
+        "" if snapshot() == before else "; something was written")
+
+
 def campaign(origin, commands, kinds):
     """->  list of (command, option, kind, what is wrong or None where there is no such thing)"""
     import shutil
     told = []
     for command, option, is_folder in outputs():
-        for kind in kinds if command in commands and not is_folder else ():
+        for kind in () if command not in commands else NO_FOLDER if is_folder else kinds:
             with tempfile.TemporaryDirectory() as folder:
                 shutil.copytree(origin, f"{folder}/w", symlinks=True)
                 with _there(f"{folder}/w"):
-                    told.append((command, option, kind, tried(command, option, kind)))
+                    told.append((command, option, kind, (
+                        tried_folder if is_folder else tried)(command, option, kind)))
     return told
 
 
@@ -217,7 +240,7 @@ if __name__ == "__main__":
         if wrong:
             print(f"{command} {option}, {kind}: {wrong}")
     there = {(command, option) for command, option, _, _ in tried_}
-    missing = sorted({c for c, _, is_folder in outputs() if not is_folder} - set(WORDS))
+    missing = sorted({c for c, *_ in outputs()} - set(WORDS))
     print(f"{len(there)} outputs of {len({c for c, _ in there})} commands, {len(tried_)} pairs of "
           f"an output and a kind of target, {sum(bool(row[3]) for row in tried_)} wrong"
           + (f"; not tried: {', '.join(missing)}" if missing else ""))
