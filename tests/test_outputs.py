@@ -19,6 +19,7 @@ from refimpl.embedded import walkers as synthetic
 from refimpl.storage import OutputError, atomic_write, check_outputs, protected, save_npz
 
 from .commands.terminals import OnTerminal
+from .hostile import targets
 
 TINY = ["--epochs", "1", "--width", "9", "--batch", "4"]
 
@@ -100,7 +101,6 @@ def test_one_file_for_two_things_is_refused_before_any_work(words, here, capsys)
 
 def test_every_output_of_a_command_on_every_kind_of_target(made):
     """All commands on all kinds: `python -m tests.hostile.targets`."""
-    from tests.hostile import targets
     for name in ("c.bvh", "known"):
         (made / name).write_bytes((made / "clips" / "walk_normal_1.bvh").read_bytes())
     some = targets.campaign(made, ["inspect", "prepare"], (*targets.REFUSED, *targets.WRITTEN))
@@ -120,6 +120,8 @@ def test_a_folder_written_into_may_not_overwrite_what_is_read(here, capsys):
 
 
 def test_a_folder_that_cannot_be_one_is_refused_before_any_work(made):
+    for name in ("c.bvh", "known"):
+        (made / name).write_bytes((made / "clips" / "walk_normal_1.bvh").read_bytes())
     told = targets.campaign(made, ["demo", "export", "experiment torresani", "styles", "evaluate"],
                             ())
     assert len(told) > 16 and not [row for row in told if row[3]], told

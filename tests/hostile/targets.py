@@ -53,7 +53,7 @@ def made(folder):
     """Clips, motions.npz, manifold.npz and old.npz of tiny networks, in an empty folder."""
     (folder / "clips").mkdir()
     for style in ("normal", "old"):
-        for number in range(2):
+        for number in range(4):
             bvh.write_bvh(folder / "clips" / f"walk_{style}_{number}.bvh", walkers.make_clip(
                 "walk", style, walkers.person(number), seconds=4.1, seed=number).clip)
     bvh.write_bvh(folder / "c.bvh", walkers.make_clip("walk", "normal", seconds=2.0).clip)
@@ -61,10 +61,10 @@ def made(folder):
     (folder / "results.csv").write_text("content,style,result\n"
                                         "clips/walk_normal_0.bvh,clips/walk_old_0.bvh,c.bvh\n")
     with contextlib.chdir(folder) if hasattr(contextlib, "chdir") else _there(folder):
-        for words in ("prepare clips -o motions.npz --hold-out 0.5",
+        for words in ("prepare clips -o motions.npz --hold-out 0.25",
                       f"train-autoencoder motions.npz -o manifold.npz --hidden 6 {TINY}",
                       "train-style motions.npz manifold.npz --style old -o old.npz --channels 4 "
-                      + TINY):
+                      f"--clips [01]$ --exemplars [01]$ {TINY}"):
             assert quiet(words)[0] == 0
 
 

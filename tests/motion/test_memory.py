@@ -9,11 +9,13 @@ import pytest
 from refimpl.embedded import walkers
 from refimpl.fast import networks
 from refimpl.holden2017.transfer import transfer
+from refimpl.motion import body, features, moved, skeleton, stylised
 from refimpl.motion.body import make_take
 from refimpl.motion.bvh import write_bvh
 from refimpl.motion.skeleton import local_pose, with_pose, with_poses
 from refimpl.styles.box import find_style
 
+ROOMS = (body, features, moved, skeleton, stylised)
 WALK = walkers.make_clip("walk", "normal", seconds=20.0).clip
 
 
@@ -37,9 +39,12 @@ def peak(work, seconds, frame_time):
 
 
 @pytest.mark.parametrize("frame_time", [1 / 60, 1 / 30])
-def test_what_a_transfer_takes_grows_with_the_clip_by_eight_tables(frame_time, tmp_path):
+def test_what_a_transfer_takes_grows_with_the_clip_by_eight_tables(frame_time, tmp_path,
+                                                                            monkeypatch):
     """Tables of 66 numbers a sixtieth of a second: read, made, and the points between. (It was
-    twenty-six.)"""
+    twenty-six.) Pieces are smaller here, so that two minutes are a long clip."""
+    for room in ROOMS:
+        monkeypatch.setattr(room, "AT_A_TIME", 256)
     style = find_style("old")
 
     def _work(clip):
@@ -63,10 +68,9 @@ def test_a_pose_in_pieces_is_the_pose(tmp_path):
 
 def test_joints_some_at_a_time_are_where_all_together_are(monkeypatch):
     """In pieces of one joint and of three frames: the same bits."""
-    from refimpl.motion import body, features, moved, skeleton, stylised
     clip, style = lasting(3.0, 1 / 30), find_style("old")
     whole = transfer(make_take(clip), style, networks=networks)
-    for room in (body, features, moved, skeleton, stylised):
+    for room in ROOMS:
         monkeypatch.setattr(room, "AT_A_TIME", 3)
     assert 64 * 3 // clip.frames < len(clip.joints)
     parts = transfer(make_take(clip), style, networks=networks)
