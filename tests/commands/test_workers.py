@@ -49,7 +49,7 @@ def made(tmp_path_factory):
 
 def without_clocks(folder):
     """What a command left, without the times that it took."""
-    clock = re.compile(r'"(seconds|frames/s|took|2016, own form|2017|ratio)": [\d.e+-]+')
+    clock = re.compile(r'"(seconds(, low|, high)?|frames/s|2016, own form|2017|ratio)": [\d.e+-]+')
     return {p.name: clock.sub("", p.read_text()) if p.suffix == ".json" else p.read_bytes()
             for p in sorted(folder.iterdir())}
 
@@ -77,12 +77,12 @@ def test_bodies_in_two_processes_give_the_same_rows(made, monkeypatch):
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
 def test_workers_end_with_their_command(made, number):
     run = subprocess.Popen([sys.executable, "-m", "refimpl", *"evaluate clips motions.npz old.npz "
-                            "--out killed --processes 3".split()], cwd=made, env=HERE,
+                            "--out killed --processes 2".split()], cwd=made, env=HERE,
                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    while run.poll() is None and len(children(run.pid)) < 3:
+    while run.poll() is None and not children(run.pid):
         time.sleep(0.02)
     there = children(run.pid)
-    assert len(there) >= 3
+    assert there
     run.send_signal(number)
     run.wait()
     while any(map(alive, there)):                    # hangs where one outlives its parent
@@ -91,8 +91,11 @@ def test_workers_end_with_their_command(made, number):
 
 
 def children(pid):
-    path = f"/proc/{pid}/task/{pid}/children"
-    return [int(word) for word in open(path).read().split()] if os.path.exists(path) else []
+    try:
+        with open(f"/proc/{pid}/task/{pid}/children") as file:
+            return [int(word) for word in file.read().split()]
+    except OSError:
+        return []
 
 
 def alive(pid):
