@@ -17,7 +17,6 @@ nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 autodoc_typehints = "none"
-autodoc_mock_imports = ["hypothesis"]        # an optional package of the kit
 autodoc_member_order = "bysource"
 html_theme = "furo"
 html_title = "refimpl"
@@ -38,7 +37,8 @@ def as_written(app, what, name, obj, options, lines):
     text = "\n".join(lines).split("\n\n", 1)
     lines[:] = re.sub(r"([|*`_\\])", r"\\\1", text[0]).splitlines()
     if len(text) > 1 and text[1].strip():
-        lines += ["", ".. code-block:: text", "", *("    " + line for line in text[1].splitlines()), ""]
+        lines += ["", ".. code-block:: text", ""]
+        lines += [*("    " + line for line in text[1].splitlines()), ""]
     examples = [stem for stem, words in WORDS.items() if getattr(obj, "__name__", "") in words]
     if what == "function" and examples:
         lines += ["", "Used in " + ", ".join(f":doc:`/notebooks/{stem}`" for stem in examples), ""]
