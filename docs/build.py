@@ -17,12 +17,13 @@ ROOT = Path(__file__).resolve().parent.parent
 FOLDERS = ("docs", "notebooks", "tests", "refimpl")
 FILES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", "CITATION.cff")
 PARTS = {
-    "Begin": ("README", "docs/gallery", "docs/your_own_clips", "docs/bodies", "docs/perceptual_styles"),
+    "Begin": ("README", "docs/gallery", "docs/your_own_clips", "docs/bodies",
+              "docs/perceptual_styles"),
     "The papers": ("docs/holden2017", "docs/torresani2006", "docs/code_of_2016", "docs/departures"),
     "Notebooks": ("notebooks/README", *(f"notebooks/{path.stem}" for path in
                                         sorted((ROOT / "notebooks").glob("[0-9]*.ipynb")))),
-    "Measured": ("docs/results", "docs/paper_problem", "docs/recipe", "docs/torresani", "docs/score",
-                 "docs/speed"),
+    "Measured": ("docs/results", "docs/paper_problem", "docs/recipe", "docs/torresani",
+                 "docs/score", "docs/speed"),
     "Your own implementation": ("docs/kit", "docs/conventions"),
     "The house": ("CONTRIBUTING", "CHANGELOG", "api/index"),
 }
@@ -51,8 +52,9 @@ ROOMS = ("nn", "gradcheck", "motion", "embedded", "holden2017", "holden2016", "t
 def modules():
     """{room: its modules' dotted names}; of the kit what its users call, not what it is made of."""
     return {room: [f"refimpl.{room}"] if room == "conformance" else
-            [f"refimpl.{room}.{path.stem}" for path in sorted((ROOT / "refimpl" / room).glob("*.py"))
-             if path.stem not in ("__init__", "peer_torch")] for room in ROOMS}
+            [f"refimpl.{room}.{path.stem}"
+             for path in sorted((ROOT / "refimpl" / room).glob("*.py"))
+             if path.stem not in ("__init__", "peer_torch", "peer_onnx")] for room in ROOMS}
 
 
 def api(folder):
