@@ -36,8 +36,7 @@ _FILES = ["motions.npz", "manifold.npz", "content.bvh", "style.bvh", "stylised.b
 
 def add_commands(commands: Any) -> None:
     """Add `demo` to the subparsers of the program."""
-    command = commands.add_parser("demo", help="run everything on the embedded motion",
-                                  description=__doc__)
+    command = commands.add_parser("demo", description=__doc__)
     command.add_argument("--out", metavar="DIR", type=OutputFolder,
                          default=OutputFolder("refimpl-demo"),
                          help="made if missing (default: %(default)s)")
