@@ -41,7 +41,7 @@ def rest(parts):
     """Pages that no part names, so that none is lost."""
     named = {page for pages in parts.values() for page in pages}
     found = [path.relative_to(ROOT).with_suffix("").as_posix() for folder in ("docs", "tests")
-             for path in sorted((ROOT / folder).rglob("*.md"))]
+             for path in sorted((ROOT / folder).rglob("*.md")) if path.parent.name != "conventions"]
     return [page for page in found if page not in named]
 
 
@@ -77,11 +77,14 @@ def stage(folder):
     folder.mkdir(parents=True)
     for name in FOLDERS:
         shutil.copytree(ROOT / name, folder / name, symlinks=True, ignore=shutil.ignore_patterns(
-            "__pycache__", "solutions", "wrong", ".ipynb_checkpoints"))
+            "__pycache__", "wrong", ".ipynb_checkpoints"))
     for name in FILES:
         shutil.copy(ROOT / name, folder / name)
     api(folder / "api")
-    (folder / "index.md").write_text(contents({**PARTS, "More": rest(PARTS)}), encoding="utf-8")
+    with open(folder / "docs" / "conventions.md", "a", encoding="utf-8") as file:
+        file.write("\n```{toctree}\n:hidden:\n:glob:\n\nconventions/*\n```\n")
+    (folder / "index.md").write_text(contents({**PARTS, "How it is tested": rest(PARTS)}),
+                                     encoding="utf-8")
 
 
 def main():
