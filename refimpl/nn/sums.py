@@ -68,8 +68,9 @@ def unit_vectors(v: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
     v : an array of any shape, vectors along an axis
     ->  the same shape, and the same without the axis
 
-    >>> [x.tolist() for x in unit_vectors(np.array([[3e200, 4e200], [0, 0]]), 1)]
-    [[[0.6, 0.8], [0.0, 0.0]], [5e+200, 0.0]]
+    >>> direction, length = unit_vectors(np.array([[3.0, 4.0], [0.0, 0.0]]) * 2.0 ** 700, 1)
+    >>> direction.tolist(), (length / 2.0 ** 700).tolist()
+    ([[0.6, 0.8], [0.0, 0.0]], [5.0, 0.0])
     """
     with np.errstate(over="ignore", under="ignore"):
         squares = np.sum(v * v, axis=axis)
