@@ -84,6 +84,7 @@ def _quiet(f, *arguments):
 
 def _compiled(use, function):
     """The form made by torch.compile, where a compiler is at hand."""
+    torch.compiler.reset()          # of other sizes, of which eight are kept
     try:
         work = use(torch.compile(function))
         work()

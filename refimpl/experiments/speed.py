@@ -28,6 +28,7 @@ from ..motion.joints import BONES
 from ..fast import conv
 
 FRAMES, BATCHES, SPARSITY = (240, 480, 960, 3840), (10, 32), 0.01
+SETTLING = 0.05                                  # seconds
 PERCEPTUAL = (CONTENT, STYLE)
 
 
@@ -59,8 +60,8 @@ class Problem:
 def interleaved(rivals: Mapping[str, Callable[..., Any]], seconds: float = 1.5,
                 least: int = 5) -> dict[str, float]:
     """Median seconds of each of several functions, which take turns so that all meet the same
-    machine. The first call of a turn does not count: until it is over the threads of whoever came
-    before may go on spinning, and take a core.
+    machine. Calls in the first `SETTLING` seconds of a turn do not count: until then the threads of
+    whoever came before go on spinning, and take a core.
 
     rivals : {name: f};  seconds : for each;  least : how often each is timed at least
     ->  {name: seconds}
@@ -72,8 +73,10 @@ def interleaved(rivals: Mapping[str, Callable[..., Any]], seconds: float = 1.5,
     while (time.perf_counter() - began < seconds * len(rivals)
            or len(next(iter(times.values()))) < least):
         for name, work in rivals.items():
-            work()
-            for _ in range(2):
+            settled = time.perf_counter() + SETTLING
+            while time.perf_counter() < settled:
+                work()
+            for _ in range(5):
                 start = time.perf_counter()
                 work()
                 times[name].append(time.perf_counter() - start)
