@@ -1,4 +1,5 @@
-"""Writes the annotated papers, `holden2017.md` and `torresani2006.md`, and the pages on conventions:
+"""Writes the annotated papers, `holden2017.md` and `torresani2006.md`, and the pages on
+conventions:
 
     python docs/annotate.py             # writes
     python docs/annotate.py --check     # says what differs, and writes nothing
@@ -7,9 +8,9 @@ What a page shows of the code, the kit and the departures is read from them.
 """
 
 import argparse
-import importlib
 import inspect
 from pathlib import Path
+import pkgutil
 import re
 import sys
 import textwrap
@@ -24,20 +25,6 @@ HERE = Path(__file__).parent
 ROOT = HERE.parent
 
 
-def found(dotted):
-    """The object that a name below `refimpl` stands for."""
-    parts = dotted.split(".")
-    for cut in range(len(parts), 0, -1):
-        try:
-            thing = importlib.import_module(".".join(["refimpl", *parts[:cut]]))
-        except ModuleNotFoundError:
-            continue
-        for name in parts[cut:]:
-            thing = getattr(thing, name)
-        return thing
-    raise LookupError(dotted)
-
-
 def departures():
     """{first cell: (here, reason)} of the table in departures.md"""
     rows = [re.split(r"(?<!\\) \| ", line.strip().strip("|").strip())
@@ -48,7 +35,7 @@ def departures():
 
 def source(dotted):
     """The text of a function beside its name, as Markdown."""
-    thing = found(dotted)
+    thing = pkgutil.resolve_name(f"refimpl.{dotted}")
     path = Path(inspect.getsourcefile(thing)).resolve().relative_to(ROOT)
     text = textwrap.dedent(inspect.getsource(thing)).rstrip()
     return [f"[`{dotted}`](../{path})", "", "```python", text, "```", ""]
@@ -110,13 +97,14 @@ def conventions():
     pages, index = {}, [
         "# Conventions on which implementations differ", "",
         "Where the mathematics leaves a choice, this is what holds here and what others do. "
-        "`refimpl check` recognises most of these by name in somebody else's answers. Each page has "
-        "an input on which the two answers differ.", "",
+        "`refimpl check` recognises most of these by name in somebody else's answers. Each page "
+        "has an input on which the two answers differ.", "",
         "| where | here | others |", "| --- | --- | --- |"]
     for c in CONVENTIONS:
         name = re.sub(r"\W+", "_", re.sub(r"[|']", "", c.where).lower()).strip("_")[:40]
-        index.append(f"| [{c.where.replace('|', chr(92) + '|')}](conventions/{name}.md) | {c.here} | "
-                     + ("; ".join(f"{rule} ({who})" for rule, who in c.rivals) or "none known") + " |")
+        title = c.where.replace("|", "\\|")
+        others = "; ".join(f"{rule} ({who})" for rule, who in c.rivals) or "none known"
+        index.append(f"| [{title}](conventions/{name}.md) | {c.here} | {others} |")
         lines = [f"# {c.where[0].upper() + c.where[1:]}", "", f"**Here:** {c.here}.", "",
                  f"*Why:* {c.why}.", ""]
         lines += [f"**Others:** {rule}. *Who:* {who}.\n" for rule, who in c.rivals]
@@ -130,8 +118,8 @@ def conventions():
 
 def pages():
     """{path below docs: text}"""
-    return {"holden2017.md": page(statements.HOLDEN), "torresani2006.md": page(statements.TORRESANI),
-            **conventions()}
+    return {"holden2017.md": page(statements.HOLDEN),
+            "torresani2006.md": page(statements.TORRESANI), **conventions()}
 
 
 def main():

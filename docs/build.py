@@ -17,12 +17,13 @@ ROOT = Path(__file__).resolve().parent.parent
 FOLDERS = ("docs", "notebooks", "tests", "refimpl")
 FILES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", "CITATION.cff")
 PARTS = {
-    "Begin": ("README", "docs/gallery", "docs/your_own_clips", "docs/bodies", "docs/perceptual_styles"),
+    "Begin": ("README", "docs/gallery", "docs/your_own_clips", "docs/bodies",
+              "docs/perceptual_styles"),
     "The papers": ("docs/holden2017", "docs/torresani2006", "docs/code_of_2016", "docs/departures"),
     "Notebooks": ("notebooks/README", *(f"notebooks/{path.stem}" for path in
                                         sorted((ROOT / "notebooks").glob("[0-9]*.ipynb")))),
-    "Measured": ("docs/results", "docs/paper_problem", "docs/recipe", "docs/torresani", "docs/score",
-                 "docs/speed"),
+    "Measured": ("docs/results", "docs/paper_problem", "docs/recipe", "docs/torresani",
+                 "docs/score", "docs/speed"),
     "Your own implementation": ("docs/kit", "docs/conventions"),
     "The house": ("CONTRIBUTING", "CHANGELOG", "api/index"),
 }
@@ -40,7 +41,7 @@ def rest(parts):
     """Pages that no part names, so that none is lost."""
     named = {page for pages in parts.values() for page in pages}
     found = [path.relative_to(ROOT).with_suffix("").as_posix() for folder in ("docs", "tests")
-             for path in sorted((ROOT / folder).rglob("*.md"))]
+             for path in sorted((ROOT / folder).rglob("*.md")) if path.parent.name != "conventions"]
     return [page for page in found if page not in named]
 
 
@@ -51,8 +52,9 @@ ROOMS = ("nn", "gradcheck", "motion", "embedded", "holden2017", "holden2016", "t
 def modules():
     """{room: its modules' dotted names}; of the kit what its users call, not what it is made of."""
     return {room: [f"refimpl.{room}"] if room == "conformance" else
-            [f"refimpl.{room}.{path.stem}" for path in sorted((ROOT / "refimpl" / room).glob("*.py"))
-             if path.stem not in ("__init__", "peer_torch")] for room in ROOMS}
+            [f"refimpl.{room}.{path.stem}"
+             for path in sorted((ROOT / "refimpl" / room).glob("*.py"))
+             if path.stem not in ("__init__", "peer_torch", "peer_onnx")] for room in ROOMS}
 
 
 def api(folder):
@@ -75,11 +77,14 @@ def stage(folder):
     folder.mkdir(parents=True)
     for name in FOLDERS:
         shutil.copytree(ROOT / name, folder / name, symlinks=True, ignore=shutil.ignore_patterns(
-            "__pycache__", "solutions", "wrong", ".ipynb_checkpoints"))
+            "__pycache__", "wrong", ".ipynb_checkpoints"))
     for name in FILES:
         shutil.copy(ROOT / name, folder / name)
     api(folder / "api")
-    (folder / "index.md").write_text(contents({**PARTS, "More": rest(PARTS)}), encoding="utf-8")
+    with open(folder / "docs" / "conventions.md", "a", encoding="utf-8") as file:
+        file.write("\n```{toctree}\n:hidden:\n:glob:\n\nconventions/*\n```\n")
+    (folder / "index.md").write_text(contents({**PARTS, "How it is tested": rest(PARTS)}),
+                                     encoding="utf-8")
 
 
 def main():

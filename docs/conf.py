@@ -5,6 +5,12 @@ from pathlib import Path
 import re
 import sys
 
+from docutils.nodes import SkipNode
+try:
+    from latex2mathml.converter import convert
+except ImportError:                          # then formulas need the network, for MathJax
+    convert = None
+
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
@@ -17,11 +23,12 @@ nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 autodoc_typehints = "none"
-autodoc_mock_imports = ["hypothesis"]        # an optional package of the kit
 autodoc_member_order = "bysource"
+html_math_renderer = "mathml" if convert else "mathjax"
 html_theme = "furo"
 html_title = "refimpl"
 html_copy_source = False
+html_show_copyright = False
 html_static_path = ["static"]
 html_css_files = ["wide.css"]
 suppress_warnings = ["myst.xref_missing", "myst.header"]
@@ -38,11 +45,23 @@ def as_written(app, what, name, obj, options, lines):
     text = "\n".join(lines).split("\n\n", 1)
     lines[:] = re.sub(r"([|*`_\\])", r"\\\1", text[0]).splitlines()
     if len(text) > 1 and text[1].strip():
-        lines += ["", ".. code-block:: text", "", *("    " + line for line in text[1].splitlines()), ""]
+        lines += ["", ".. code-block:: text", ""]
+        lines += [*("    " + line for line in text[1].splitlines()), ""]
     examples = [stem for stem, words in WORDS.items() if getattr(obj, "__name__", "") in words]
     if what == "function" and examples:
         lines += ["", "Used in " + ", ".join(f":doc:`/notebooks/{stem}`" for stem in examples), ""]
 
 
+def formula(display):
+    """Writes a formula as MathML, which browsers show without a network."""
+    def _visit(writer, node):
+        text = re.sub(r"\\big[lr]?(?![a-z])", "", node.astext()).replace(r"\arg", r"\mathrm{arg}\,")
+        writer.body.append(convert(text, display=display))
+        raise SkipNode
+    return _visit, None
+
+
 def setup(app):
     app.connect("autodoc-process-docstring", as_written)
+    if convert:
+        app.add_html_math_renderer("mathml", formula("inline"), formula("block"))

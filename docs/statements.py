@@ -46,20 +46,21 @@ HOLDEN = Paper(
             witness=CODE_OF_2016),
         Statement(
             "Windows",
-            "For training, motion is cut into overlapping windows of 240 frames; what is shorter is "
-            "padded with its first and last frames.",
+            "For training, motion is cut into overlapping windows of 240 frames; what is shorter "
+            "is padded with its first and last frames.",
             functions=("motion.windows.windows",), departures=("windows", "windows, padding"),
             operations=("motion_windows", "normaliser"), notebooks=("02",), witness=CODE_OF_2016),
         Statement(
             "Equation 1: the encoder",
             "A convolution over time with 256 filters of 25 frames, the larger of each two frames, "
             "and what is below 0 is cut off.",
-            (r"\mathcal{L}(\mathbf{X}) = \mathrm{ReLU}(\Psi(\mathbf{X} * \mathbf{W}_0 + \mathbf{b}_0))",),
+            (r"\mathcal{L}(\mathbf{X}) = \mathrm{ReLU}(\Psi(\mathbf{X} * \mathbf{W}_0 + "
+             r"\mathbf{b}_0))",),
             ("holden2017.networks.encode", "nn.conv.conv1d", "nn.pool.max_pool1d",
              "nn.activation.relu"), ("normaliser",),
             ("conv1d", "max_pool1d", "relu", "encode"), ("03", "04"),
-            witness="PyTorch and JAX on every sample of the three operations, values and gradients; "
-                    "for the encoder as a whole " + CODE_OF_2016),
+            witness="PyTorch and JAX on every sample of the three operations, values and "
+                    "gradients; for the encoder as a whole " + CODE_OF_2016),
         Statement(
             "\"Half a second\"",
             "A filter of 25 frames is said to cover about half a second after pooling. Twenty-five "
@@ -70,8 +71,8 @@ HOLDEN = Paper(
             "A sparse basis",
             "256 hidden units for 66 numbers are said to be a sparse basis and more natural than "
             "principal components.",
-            here="Sparse it is, 28 % of the units are active; components of the same size give motion back with "
-                 "a sixth of the error ([measured](paper_problem.md)).",
+            here="Sparse it is, 28 % of the units are active; components of the same size give "
+                 "motion back with a sixth of the error ([measured](paper_problem.md)).",
             notebooks=("09",)),
         Statement(
             "Equation 2: the decoder",
@@ -87,8 +88,8 @@ HOLDEN = Paper(
             "Equation 3: learning the manifold",
             "The squared error of what comes back, and the sum of the sizes of all parameters, "
             "weighed by alpha.",
-            (r"\mathrm{Loss}(\mathbf{X}, \theta) = \| \mathbf{X} - \mathcal{L}^{\dagger}(\mathcal{L}"
-             r"(\mathbf{X})) \|_2^2 + \alpha \| \theta \|_1",),
+            (r"\mathrm{Loss}(\mathbf{X}, \theta) = \| \mathbf{X} - "
+             r"\mathcal{L}^{\dagger}(\mathcal{L}(\mathbf{X})) \|_2^2 + \alpha \| \theta \|_1",),
             ("holden2017.networks.autoencoder_loss",),
             ("equation 3", "equations 2 and 3", "the loss network's data"),
             ("autoencoder_loss", "train_loss_network"), ("09",), witness=CODE_OF_2016),
@@ -96,8 +97,8 @@ HOLDEN = Paper(
             "The transformation network",
             "T is a feed-forward convolutional network like the loss network; the paper gives no "
             "sizes.",
-            functions=("holden2017.networks.transformation",), departures=("transformation network",),
-            operations=("transform",), notebooks=("11",)),
+            functions=("holden2017.networks.transformation",),
+            departures=("transformation network",), operations=("transform",), notebooks=("11",)),
         Statement(
             "Equation 4: content",
             "How far the hidden units of the result lie from those of the input, weighed by "
@@ -108,11 +109,11 @@ HOLDEN = Paper(
             ("content_loss",), ("06",)),
         Statement(
             "Equation 5: style",
-            "How far the Gram matrix of the result's hidden units lies from that of the style clip, "
-            "weighed by s = 0.01. In the introduction the style is said to be an average over all "
-            "frames; equation 6 is a sum, which grows with the clip.",
-            (r"\mathrm{Loss}_{style} = s\, \| \mathrm{Gram}(\mathcal{L}(\mathbf{S})) - \mathrm{Gram}"
-             r"(\mathcal{L}(\mathcal{T}(\mathbf{I}))) \|",),
+            "How far the Gram matrix of the result's hidden units lies from that of the style "
+            "clip, weighed by s = 0.01. In the introduction the style is said to be an average "
+            "over all frames; equation 6 is a sum, which grows with the clip.",
+            (r"\mathrm{Loss}_{style} = s\, \| \mathrm{Gram}(\mathcal{L}(\mathbf{S})) - "
+             r"\mathrm{Gram}(\mathcal{L}(\mathcal{T}(\mathbf{I}))) \|",),
             ("holden2017.losses.style_loss",),
             ("equation 5", "equations 4 and 5, the bars"), ("style_loss", "style_target"), ("06",)),
         Statement(
@@ -122,8 +123,8 @@ HOLDEN = Paper(
             ("nn.gram.gram",), (), ("gram",), ("06",)),
         Statement(
             "Pairing contents and exemplars",
-            "For an angry style, what contains running is paired with the angry run and walking with "
-            "the angry walk: one network a style, many contents.",
+            "For an angry style, what contains running is paired with the angry run and walking "
+            "with the angry walk: one network a style, many contents.",
             functions=("holden2017.pairing.pair_contents",), departures=("exemplars",),
             notebooks=("11",)),
         Statement(
@@ -137,16 +138,16 @@ HOLDEN = Paper(
             ("foot_loss", "foot_contacts", "planted_feet"), ("07",)),
         Statement(
             "Equation 8: bones",
-            "The length of each bone against the length that it should have, squared. The words say "
-            "mean, the formula is a sum.",
-            (r"\mathrm{Loss}_{bone} = \sum_b \big\| \| \mathbf{p}_{b_{j_1}} - \mathbf{p}_{b_{j_2}} \| "
-             r"- l_b \big\|^2",),
+            "The length of each bone against the length that it should have, squared. The words "
+            "say mean, the formula is a sum.",
+            (r"\mathrm{Loss}_{bone} = \sum_b \big\| \| \mathbf{p}_{b_{j_1}} - \mathbf{p}_{b_{j_2}} "
+             r"\| - l_b \big\|^2",),
             ("holden2017.losses.bone_loss",), ("weights of the constraints",), ("bone_loss",),
             ("07",)),
         Statement(
             "Equation 9: the trajectory",
-            "Turning and velocity of the root against those that are wanted. The accepted manuscript "
-            "squares both terms, the journal text only the second.",
+            "Turning and velocity of the root against those that are wanted. The accepted "
+            "manuscript squares both terms, the journal text only the second.",
             (r"\mathrm{Loss}_{traj} = \| \omega - \omega' \|^2 + \| \mathbf{v}_r - \mathbf{v}'_r "
              r"\|^2",),
             ("holden2017.losses.trajectory_loss",), ("equation 9", "weights of the constraints"),
@@ -154,14 +155,14 @@ HOLDEN = Paper(
         Statement(
             "Equation 10: the objective",
             "The sum of the five losses.",
-            (r"\mathrm{Loss} = \mathrm{Loss}_{content} + \mathrm{Loss}_{style} + \mathrm{Loss}_{foot} "
-             r"+ \mathrm{Loss}_{bone} + \mathrm{Loss}_{traj}",),
+            (r"\mathrm{Loss} = \mathrm{Loss}_{content} + \mathrm{Loss}_{style} + "
+             r"\mathrm{Loss}_{foot} + \mathrm{Loss}_{bone} + \mathrm{Loss}_{traj}",),
             ("holden2017.objective.total_loss",), ("weights of the constraints",),
             ("total_loss", "fitted_weights"), ("11",)),
         Statement(
             "Training",
-            "Adam, 100 epochs, about 20 minutes of locomotion, about 20 minutes of a GeForce GTX 970 "
-            "for a style.",
+            "Adam, 100 epochs, about 20 minutes of locomotion, about 20 minutes of a GeForce GTX "
+            "970 for a style.",
             functions=("nn.adam.adam_step",), departures=("Adam's rate",),
             operations=("adam_step", "train_transformation_network", "learning_rate"),
             notebooks=("08", "11"), here="Times stand in [speed](speed.md)."),
@@ -172,13 +173,15 @@ HOLDEN = Paper(
             operations=("project", "projected_numbers"), notebooks=("09", "11")),
         Statement(
             "Figure 1: the two networks",
-            "T on the left, L on the right with its two tasks: to measure the loss, and to project.",
+            "T on the left, L on the right with its two tasks: to measure the loss, and to "
+            "project.",
             here="`refimpl experiment holden --tables figures` draws it from the networks "
                  "themselves."),
         Statement(
             "Figure 2: manifold projection",
             "T(I) in grey, with its noise, under P(T(I)) in blue.",
-            here="Drawn by `refimpl experiment holden --tables figures`; [measured](paper_problem.md).",
+            here="Drawn by `refimpl experiment holden --tables figures`; "
+                 "[measured](paper_problem.md).",
             notebooks=("09",)),
         Statement(
             "Figure 3: results",
@@ -199,15 +202,15 @@ HOLDEN = Paper(
             functions=("experiments.evaluate.timings",), here="[Speed](speed.md)."),
         Statement(
             "Limitations: data like the input, the whole motion up front",
-            "Training needs data like what will be given to the network, and the whole motion has to "
-            "be known before it begins.",
+            "Training needs data like what will be given to the network, and the whole motion has "
+            "to be known before it begins.",
             departures=("range",), here="`transfer` tells where a clip is nothing like what the "
             "style learnt on, and the style fades there; how far ahead a result looks is "
             "[measured](paper_problem.md)."),
         Statement(
             "Limitations: punching and kicking",
-            "The accepted manuscript says that the method \"does produce as good results\" on motion "
-            "that is not locomotion (a *not* seems to be missing), the journal text that it "
+            "The accepted manuscript says that the method \"does produce as good results\" on "
+            "motion that is not locomotion (a *not* seems to be missing), the journal text that it "
             "\"produces good results\". Which was meant is not known.",
             here="Tried on gestures: the style loss loses them ([measured](paper_problem.md))."),
         Statement(
@@ -217,32 +220,32 @@ HOLDEN = Paper(
             functions=("motion.foot_ik.lock_feet",), departures=("feet",), notebooks=("12",)),
         Statement(
             "Future work: other transformations",
-            "Other sizes, weights or structures of a character might be learnt from one exemplar as "
-            "well.",
-            here="Tried with another body: the Gram matrix brings 9 % of a longer arm, equation 8 with the "
-                 "new lengths 109 % ([measured](paper_problem.md))."),
+            "Other sizes, weights or structures of a character might be learnt from one exemplar "
+            "as well.",
+            here="Tried with another body: the Gram matrix brings 9 % of a longer arm, equation 8 "
+                 "with the new lengths 109 % ([measured](paper_problem.md))."),
     ))
 
 TORRESANI = Paper(
     "Torresani, Hackney and Bregler 2006, annotated",
-    "*Learning Motion Style Synthesis from Perceptual Observations*, Advances in Neural Information "
-    "Processing Systems 19, "
+    "*Learning Motion Style Synthesis from Perceptual Observations*, Advances in Neural "
+    "Information Processing Systems 19, "
     "[the paper](https://papers.nips.cc/paper/2006/hash/"
     "d4a897919a124958e699170b2b1dc8f2-Abstract.html), in its own order.",
     (
         Statement(
             "Efforts of Laban Movement Analysis",
-            "Style is a point in three dimensions from -3 to 3: flow (free or bound), weight (strong "
-            "or light) and time (sudden or sustained). The effort of space is left out, since motion "
-            "capture does not hold the gaze.",
+            "Style is a point in three dimensions from -3 to 3: flow (free or bound), weight "
+            "(strong or light) and time (sudden or sustained). The effort of space is left out, "
+            "since motion capture does not hold the gaze.",
             departures=("2006, labels",), operations=("effort_measures", "observed_styles"),
             notebooks=("15",)),
         Statement(
             "Equation 1: what is to be learnt",
-            "A function that predicts the efforts of a blend from its two parents, their efforts and "
-            "the share alpha.",
-            (r"\mathbf{e}^{\alpha}_{i,j} = f(\mathbf{X}_i, \mathbf{X}_j, \mathbf{e}_i, \mathbf{e}_j, "
-             r"\alpha)",),
+            "A function that predicts the efforts of a blend from its two parents, their efforts "
+            "and the share alpha.",
+            (r"\mathbf{e}^{\alpha}_{i,j} = f(\mathbf{X}_i, \mathbf{X}_j, \mathbf{e}_i, "
+             r"\mathbf{e}_j, \alpha)",),
             ("torresani2006.regress.inputs",), (), ("predicted_style", "fitted_style"), ("15",)),
         Statement(
             "Equation 2: what is asked of it",
@@ -268,8 +271,8 @@ TORRESANI = Paper(
         Statement(
             "Equation 5: its steps",
             "One frame on in one of the two, or in both.",
-            (r"w(n) = (p, q) \;\Rightarrow\; w(n-1) \in \{(p-1, q), (p-1, q-1), (p, q-1)\}",), (), (),
-            ("dtw_path",), ("14",), here="The same function as equation 3."),
+            (r"w(n) = (p, q) \;\Rightarrow\; w(n-1) \in \{(p-1, q), (p-1, q-1), (p, q-1)\}",), (),
+            (), ("dtw_path",), ("14",), here="The same function as equation 3."),
         Statement(
             "Contents found automatically",
             "Two motions are alike if SSD is below a certain value; all 60 fragments are said to "
@@ -280,8 +283,8 @@ TORRESANI = Paper(
             "Section 5: space-time interpolation",
             "The path of equation 3 is a curve in time; parents are read along it at parameters "
             "between those of their own timings, and their angles are mixed.",
-            (r"\mathbf{X}^{\alpha}_{i,j}(k) = (1-\alpha)\, \mathbf{X}_i(p^*(n^{\alpha}_k)) + \alpha\, "
-             r"\mathbf{X}_j(q^*(n^{\alpha}_k)),\qquad T = (1-\alpha) T_i + \alpha T_j",),
+            (r"\mathbf{X}^{\alpha}_{i,j}(k) = (1-\alpha)\, \mathbf{X}_i(p^*(n^{\alpha}_k)) + "
+             r"\alpha\, \mathbf{X}_j(q^*(n^{\alpha}_k)),\qquad T = (1-\alpha) T_i + \alpha T_j",),
             ("torresani2006.align.interpolate",), ("2006, time curve",),
             ("space_time_interpolation",), ("14",)),
         Statement(
@@ -295,8 +298,8 @@ TORRESANI = Paper(
             "Equation 6: what regression minimises",
             "A constant U times the sum of the losses, and the squared size of the parameters. "
             "The scanned text of the paper has lost the sum's index.",
-            (r"E(\theta) = U \sum L(f(\mathbf{z}^{\alpha}_{i,j}, \theta) - \mathbf{e}^{\alpha}_{i,j}) + "
-             r"\| \theta \|^2",),
+            (r"E(\theta) = U \sum L(f(\mathbf{z}^{\alpha}_{i,j}, \theta) - "
+             r"\mathbf{e}^{\alpha}_{i,j}) + \| \theta \|^2",),
             ("torresani2006.regress.linear_ridge",), ("2006, regression",),
             ("linear_ridge", "ridge_errors"), ("15",),
             witness="scikit-learn, and gradients that vanish at the solution."),
@@ -316,8 +319,8 @@ TORRESANI = Paper(
                     "vectors)."),
         Statement(
             "Equation 8: cutting a phrase",
-            "The least cost over all concatenations of database fragments and all ways to warp them "
-            "onto the phrase.",
+            "The least cost over all concatenations of database fragments and all ways to warp "
+            "them onto the phrase.",
             (r"\min_w \sum_n d(w(n)),\qquad w(n) = (p(n), q(n), i(n))",),
             ("torresani2006.segment.segment",), (), ("one_stage_segmentation",), ("16",),
             witness="brute force over all concatenations."),
@@ -325,8 +328,8 @@ TORRESANI = Paper(
             "Equation 9: from fragment to fragment",
             "A fragment's first frame is reached from itself, or from the last frame of any "
             "fragment.",
-            (r"w(n) = (p, 1, i) \;\Rightarrow\; w(n-1) \in \{(p-1, 1, i), (p-1, T_j, j)\}",), (), (),
-            ("one_stage_segmentation",), ("16",), here="The same function as equation 8."),
+            (r"w(n) = (p, 1, i) \;\Rightarrow\; w(n-1) \in \{(p-1, 1, i), (p-1, T_j, j)\}",), (),
+            (), ("one_stage_segmentation",), ("16",), here="The same function as equation 8."),
         Statement(
             "Equation 10: within a fragment",
             "The steps of equation 5.",
@@ -354,9 +357,9 @@ TORRESANI = Paper(
             operations=("joined_motions",), notebooks=("16",)),
         Statement(
             "Section 8: data",
-            "Twelve dancers perform one phrase, cut by an expert into five fragments each; a chain of "
-            "17 joints, exponential maps; 105 blends with alpha between -0.25 and 1.25; 85 to learn "
-            "on, 20 to test, 500 splits; ten-fold search.",
+            "Twelve dancers perform one phrase, cut by an expert into five fragments each; a chain "
+            "of 17 joints, exponential maps; 105 blends with alpha between -0.25 and 1.25; 85 to "
+            "learn on, 20 to test, 500 splits; ten-fold search.",
             operations=("exponential_map", "rotation_vector"),
             here="The recordings and the expert's labels are not public. "
                  "[What was measured](torresani.md) in their place.",
@@ -377,8 +380,8 @@ TORRESANI = Paper(
         Statement(
             "Section 8: the whole pipeline",
             "Phrases of dancers who are not in the database were always cut into the right five "
-            "actions, and the styles asked for, considerably different from those of training, were "
-            "seen by experts in most results.",
+            "actions, and the styles asked for, considerably different from those of training, "
+            "were seen by experts in most results.",
             here="[Measured](torresani.md)."),
     ))
 

@@ -2,27 +2,46 @@
 
 import argparse
 from collections.abc import Sequence
+import importlib
+from itertools import groupby
 import os
 from pathlib import Path
 import signal
 import sys
 import threading
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from . import __version__
 from .blas import prefer
 
 prefer(os.environ)                                               # before NumPy is first imported
 
-from .commands import (bench, blend, check, demo, evaluate, inspect, prepare,  # noqa: E402
-                       score, styles, torresani, train, train_2016, transfer)
 from .commands.options import InputFolder, OutputFolder, files_of  # noqa: E402
 from .commands.terminal import safe_streams  # noqa: E402
 from .storage import (OutputError, check_folder, check_outputs, identity,  # noqa: E402
                       protected)
 
-GROUPS = (styles, demo, inspect, prepare, train, train_2016, transfer, evaluate, score, blend,
-          torresani, check, bench)
+# Each command's module, which is loaded when it is typed, and what it is for.
+COMMANDS = {
+    "styles": ("styles", "list the styles in the box"),
+    "demo": ("demo", "run everything on the embedded motion"),
+    "inspect": ("inspect", "say what is in a BVH file"),
+    "prepare": ("prepare", "make a folder of BVH clips ready for training"),
+    "train-autoencoder": ("train", "train the loss network (equation 3)"),
+    "train-style": ("train", "train a style (equation 10)"),
+    "train-2016": ("train_2016", "train the network of the 2016 system"),
+    "transfer": ("transfer", "stylise a BVH clip"),
+    "evaluate": ("evaluate", "measure results of 2016 and 2017 beside real motion"),
+    "score": ("score", "score a table of results, anybody's, from files alone"),
+    "observe": ("blend", "flow, weight and time of clips, as two computed observers see them"),
+    "blend": ("blend", "a clip between two clips of one action"),
+    "segment": ("torresani", "cut a clip into the actions of a database"),
+    "synthesise": ("torresani", "a clip with the flow, weight and time that you ask for"),
+    "experiment": ("torresani", "repeat a paper's experiments"),
+    "check": ("check", "hold the reference against its second derivation, or judge another "
+              "implementation"),
+    "export": ("check", "write golden vectors"),
+    "bench": ("bench", "measure speed against PyTorch and ONNX Runtime")}
 
 
 class Parser(argparse.ArgumentParser):
@@ -37,16 +56,36 @@ class Terminated(BaseException):
     """SIGTERM: raised where the program stands, so that nothing is left half written."""
 
 
-def parser() -> Parser:
-    """The whole command line as an argparse parser."""
+class _Listed:
+    """argparse's subparsers, each told what it is for."""
+
+    def __init__(self, commands):
+        self.commands = commands
+
+    def add_parser(self, name: str, **options: Any) -> argparse.ArgumentParser:
+        """As argparse's."""
+        return self.commands.add_parser(name, help=COMMANDS[name][1], **options)
+
+
+def parser(words: Sequence[str] | None = None) -> Parser:
+    """The command line as an argparse parser.
+
+    words : of a call, whose command alone is loaded then; all are unless they are given
+    """
     top = Parser(prog="refimpl",
                  description="Motion style transfer in NumPy with hand-written gradients.",
                  epilog="Every step leaves one file, so that each can be looked at and repeated. "
                         "`refimpl COMMAND --help` tells more.")
     top.add_argument("--version", action="version", version=f"refimpl {__version__}")
-    commands = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for group in GROUPS:
-        group.add_commands(commands)
+    commands = _Listed(top.add_subparsers(title="commands", metavar="COMMAND", required=True))
+    typed = next((word for word in words or () if word in COMMANDS), "")
+    chosen = {module for name, (module, _) in COMMANDS.items() if words is None or name == typed}
+    for module, group in groupby(COMMANDS, key=lambda name: COMMANDS[name][0]):
+        if module in chosen:
+            importlib.import_module(f".commands.{module}", __package__).add_commands(commands)
+        else:
+            for name in group:
+                commands.add_parser(name)
     return top
 
 
@@ -61,7 +100,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     with Ctrl-C, 143 with SIGTERM
     """
     with safe_streams() as out:
-        arguments = parser().parse_args(argv)
+        words = sys.argv[1:] if argv is None else argv
+        arguments = parser(words).parse_args(words)
         _told.clear()
         before = _on_termination(_terminated)
         try:

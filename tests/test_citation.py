@@ -5,7 +5,8 @@ import re
 
 import refimpl
 
-TEXT = (Path(refimpl.__file__).parent.parent / "CITATION.cff").read_text(encoding="utf-8")
+ROOT = Path(refimpl.__file__).parent.parent
+TEXT = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
 TOP = dict(re.findall(r"^([a-z-]+): *(.*)$", TEXT, re.MULTILINE))
 PAPERS = TEXT.partition("references:\n")[2].split("  - type: ")[1:]
 
@@ -25,9 +26,20 @@ def test_the_required_keys_and_the_release():
 def test_each_paper_has_title_authors_and_year():
     assert [re.findall("family-names: (.*)", paper) for paper in PAPERS] == [
         ["Holden", "Habibie", "Kusajima", "Komura"], ["Holden", "Saito", "Komura"],
-        ["Torresani", "Hackney", "Bregler"]]
+        ["Torresani", "Hackney", "Bregler"],
+        ["Kobayashi", "Liao", "Inoue", "Yojima", "Takahashi"]]
     for paper in PAPERS:
         assert len(re.findall("given-names: ", paper)) == len(re.findall("family-names: ", paper))
         assert 'title: "' in paper and re.search(r"    year: 20\d\d\n", paper)
     assert [re.findall(r"doi: (10\.\d{4,}/\S+)", paper) for paper in PAPERS] == [
-        ["10.1109/MCG.2017.3271464"], ["10.1145/2897824.2925975"], []]
+        ["10.1109/MCG.2017.3271464"], ["10.1145/2897824.2925975"],
+        ["10.7551/mitpress/7503.003.0179"], ["10.48550/arXiv.2306.08861"]]
+
+
+def test_the_package_page_links_what_is_cited():
+    package = (ROOT / "PACKAGE.md").read_text(encoding="utf-8")
+    metadata = (ROOT / "setup.cfg").read_text(encoding="utf-8")
+    for paper in PAPERS:
+        doi, = re.findall(r"doi: (\S+)", paper)
+        link = f"https://doi.org/{doi}".replace("doi.org/10.48550/arXiv.", "arxiv.org/abs/")
+        assert link in package and link in metadata

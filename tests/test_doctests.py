@@ -10,8 +10,7 @@ import refimpl
 
 # These import a library that is no dependency of the package.
 ELSEWHERE = ("refimpl.experiments.peer_torch", "refimpl.experiments.peer_onnx",
-             "refimpl.conformance.strategies", "refimpl.__main__",
-             "refimpl.adapters.torch", "refimpl.adapters.jax")
+             "refimpl.__main__", "refimpl.adapters.torch", "refimpl.adapters.jax")
 MODULES = [m.name for m in pkgutil.walk_packages(refimpl.__path__, "refimpl.")
            if m.name not in ELSEWHERE]
 

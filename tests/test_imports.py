@@ -75,9 +75,6 @@ def test_imports_point_downwards(path):
     # imported by nobody here, but by who has the library
     if room == "adapters":
         allowed |= {path.stem}
-    # imported by name only, by who writes property tests
-    if path.name == "strategies.py":
-        allowed |= {"hypothesis"}
     # imported by `parametrize` when it is called, inside somebody's tests
     if path.name == "cases.py":
         allowed |= {"pytest"}
@@ -94,10 +91,9 @@ def test_two_levels_and_short_files():
 def test_no_library_of_others_is_imported():
     """Nothing in the package imports the adapters, so nothing needs what they need."""
     elsewhere = ("refimpl.adapters.torch", "refimpl.adapters.jax", "refimpl.__main__",
-                 "refimpl.experiments.peer_torch", "refimpl.experiments.peer_onnx",
-                 "refimpl.conformance.strategies")
+                 "refimpl.experiments.peer_torch", "refimpl.experiments.peer_onnx")
     code = ("import importlib, pkgutil, sys\n"
-            "sys.modules.update(dict.fromkeys(['torch', 'jax', 'pytest', 'hypothesis']))\n"
+            "sys.modules.update(dict.fromkeys(['torch', 'jax', 'pytest']))\n"
             "import refimpl\n"
             "for m in pkgutil.walk_packages(refimpl.__path__, 'refimpl.'):\n"
             f"    m.name in {elsewhere} or importlib.import_module(m.name)\n"

@@ -22,8 +22,7 @@ WORKS = (speed.inference, speed.style_steps, speed.autoencoder_steps, speed.all_
 
 def add_commands(commands: Any) -> None:
     """Add `refimpl bench` to the subparsers of the command line."""
-    command = commands.add_parser("bench", help="measure speed against PyTorch and ONNX Runtime",
-                                  description=__doc__)
+    command = commands.add_parser("bench", description=__doc__)
     command.add_argument("--threads", type=whole(1, 256), default=1, metavar="N",
                          help="of both sides; each side's own default is measured as well "
                               "(default: %(default)s)")

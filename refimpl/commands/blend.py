@@ -19,7 +19,7 @@ from .progress import table
 def add_commands(commands: Any) -> None:
     """Add `observe` and `blend` to the subparsers of the program."""
     command = commands.add_parser(
-        "observe", help="flow, weight and time of clips, as two computed observers see them",
+        "observe",
         description="Flow, weight and time of clips as two computed observers see them, by how "
         "bones swing and by the paths of joints. " + "; ".join(
             f"{effort}: {poles}" for effort, poles in zip(EFFORTS, POLES)) + ". 0 is what is usual "
@@ -28,7 +28,7 @@ def add_commands(commands: Any) -> None:
     command.add_argument("--json", metavar="FILE", type=OutputPath, help="write the rows as JSON")
     command.set_defaults(run=run_observe)
     command = commands.add_parser(
-        "blend", help="a clip between two clips of one action",
+        "blend",
         description="Blend two clips of one skeleton and one action in space and time (section 5 "
         "of Torresani 2006), without pops.")
     command.add_argument("first", metavar="A.bvh", type=InputPath)

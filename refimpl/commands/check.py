@@ -37,7 +37,6 @@ def add_commands(commands: Any) -> None:
     """Add `check` and `export` to the subparsers of the program."""
     check = commands.add_parser(
         "check",
-        help="hold the reference against its second derivation, or judge another implementation",
         description="Without a backend: hold the reference against its second derivation and the "
         "gradient instruments. With one: hold the backend against the reference, or against golden "
         "vectors.", epilog=EXIT)
@@ -84,7 +83,7 @@ def add_commands(commands: Any) -> None:
     check.set_defaults(run=run_check, also_reads=_module)
 
     golden = commands.add_parser(
-        "export", help="write golden vectors",
+        "export",
         description="Write inputs and outputs of every case, and a manifest, to a folder.")
     golden.add_argument("folder", metavar="DIR", type=OutputFolder)
     golden.add_argument("--operations", metavar="A,B", help="only these operations (default: all)")

@@ -24,7 +24,7 @@ from ..motion.dataset import assemble, save_dataset
 from ..motion.features import path_error, path_length
 from ..embedded.walkers import STYLES, make_database
 from ..motion.body import make_take
-from .options import OutputFolder, there_already, whole, write_json
+from .options import OutputFolder, OutputPath, there_already, whole, write_json, write_report
 from .progress import Progress, epoch_line
 
 _HIDDEN, _CHANNELS = 64, 48
@@ -36,8 +36,7 @@ _FILES = ["motions.npz", "manifold.npz", "content.bvh", "style.bvh", "stylised.b
 
 def add_commands(commands: Any) -> None:
     """Add `demo` to the subparsers of the program."""
-    command = commands.add_parser("demo", help="run everything on the embedded motion",
-                                  description=__doc__)
+    command = commands.add_parser("demo", description=__doc__)
     command.add_argument("--out", metavar="DIR", type=OutputFolder,
                          default=OutputFolder("refimpl-demo"),
                          help="made if missing (default: %(default)s)")
@@ -45,6 +44,8 @@ def add_commands(commands: Any) -> None:
                          default="old", help="(default: %(default)s)")
     command.add_argument("--seed", type=whole(0), default=0, metavar="N",
                          help="of the networks' first weights (default: %(default)s)")
+    command.add_argument("--json", metavar="FILE", type=OutputPath,
+                         help="write the numbers that are printed as JSON")
     command.set_defaults(run=run,
                          also_writes=lambda a: there_already(a.out, [*_FILES, f"{a.style}.npz"]))
 
@@ -94,6 +95,9 @@ def run(arguments: argparse.Namespace) -> None:
                       path_length(takes[content.name].features)),
                      time.perf_counter() - began)
     write_json(out / "report.json", report)
+    if arguments.json:
+        write_report(arguments.json, "demo", {"style": arguments.style, "seed": arguments.seed,
+                                              **report["networks"]}, [report["numbers"]])
     for key, value in report["numbers"].items():
         print(f"     {key}: {value:.4g}")
     print(f"{out}: content.bvh, style.bvh, stylised.bvh, figure3.png, animation.html, curves.png, "

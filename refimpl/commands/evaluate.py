@@ -40,8 +40,7 @@ _FEET_COLUMNS = (
 
 def add_commands(commands: Any) -> None:
     """Add `evaluate` to the subparsers of the program."""
-    command = commands.add_parser("evaluate", description=DESCRIPTION,
-                                  help="measure results of 2016 and 2017 beside real motion")
+    command = commands.add_parser("evaluate", description=DESCRIPTION)
     command.add_argument("folder", metavar="FOLDER", type=InputFolder,
                          help="the BVH clips that MOTIONS.npz was made of")
     command.add_argument("motions", metavar="MOTIONS.npz", type=InputPath,

@@ -24,7 +24,7 @@ DEEPEST, MOST_JOINTS = 40, 1000                  # levels of indentation, joints
 
 def add_commands(commands: Any) -> None:
     """Add `refimpl inspect` to the subparsers of the command line."""
-    command = commands.add_parser("inspect", help="say what is in a BVH file", description=__doc__)
+    command = commands.add_parser("inspect", description=__doc__)
     command.add_argument("clip", metavar="CLIP.bvh", type=InputPath)
     add_reading(command)
     command.add_argument("--write-mapping", metavar="FILE.csv", type=OutputPath,

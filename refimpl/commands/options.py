@@ -10,7 +10,6 @@ import re
 from typing import Any
 
 from .. import __version__
-from ..motion.canonical import PARTS
 from ..motion.clip import POSITIONS_MEAN
 from ..motion.joints import read_mapping
 from ..storage import atomic_write, is_special
@@ -61,6 +60,7 @@ def parts(text: str) -> tuple[str, ...]:
     >>> parts("arms,spine")
     ('arms', 'spine')
     """
+    from ..motion.canonical import PARTS                         # with SciPy behind it
     found = tuple(word.strip() for word in text.split(","))
     unknown = [word for word in found if word not in PARTS]
     if unknown:

@@ -19,8 +19,7 @@ MOST = 20                                                        # warnings show
 
 def add_commands(commands: Any) -> None:
     """Add `refimpl prepare` to the subparsers of the command line."""
-    command = commands.add_parser("prepare", help="make a folder of BVH clips ready for training",
-                                  description=__doc__)
+    command = commands.add_parser("prepare", description=__doc__)
     command.add_argument("folder", metavar="FOLDER", type=InputFolder,
                          help="searched for .bvh files, also below")
     command.add_argument("-o", "--output", metavar="MOTIONS.npz", type=OutputPath, required=True)

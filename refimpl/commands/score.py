@@ -38,8 +38,7 @@ SHOWN = (("results", "{:.0f}"), ("style seen by joints", "{:.0%}"),
 
 def add_commands(commands: Any) -> None:
     """Add `score` to the subparsers of the program."""
-    command = commands.add_parser("score", description=DESCRIPTION,
-                                  help="score a table of results, anybody's, from files alone")
+    command = commands.add_parser("score", description=DESCRIPTION)
     command.add_argument("table", metavar="TABLE.csv", type=InputPath,
                          help="columns content,style,result, and system where there are several; "
                               "content_label and style_label where file names do not tell them")

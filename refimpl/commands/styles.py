@@ -12,7 +12,7 @@ from .progress import Progress, table
 
 def add_commands(commands: Any) -> None:
     """Add `refimpl styles` to the subparsers of the command line."""
-    command = commands.add_parser("styles", help="list the styles in the box", description=__doc__)
+    command = commands.add_parser("styles", description=__doc__)
     command.add_argument("--make", metavar="FOLDER", type=OutputFolder,
                          help="make them again, on the embedded walkers, into this folder; about "
                               "ten minutes")

@@ -27,7 +27,7 @@ from .progress import Progress, table
 def add_commands(commands: Any) -> None:
     """Add `segment`, `synthesise` and `experiment` to the subparsers of the program."""
     command = commands.add_parser(
-        "segment", help="cut a clip into the actions of a database",
+        "segment",
         description="Cut a clip into pieces, each matched by a fragment of a database (equations 8 "
         "to 11).")
     _add_database(command)
@@ -38,7 +38,7 @@ def add_commands(commands: Any) -> None:
     command.add_argument("--json", metavar="FILE", type=OutputPath, help="write the rows as JSON")
     command.set_defaults(run=run_segment)
     command = commands.add_parser(
-        "synthesise", help="a clip with the flow, weight and time that you ask for",
+        "synthesise",
         description="Replace each action of a clip by a blend of two of the database's, in the "
         "style asked for.")
     _add_database(command)
@@ -59,7 +59,7 @@ def add_commands(commands: Any) -> None:
     command.add_argument("--seed", type=whole(0), default=0, metavar="N",
                          help="of the blends learnt from (default: %(default)s)")
     command.set_defaults(run=run_synthesise)
-    command = commands.add_parser("experiment", help="repeat a paper's experiments",
+    command = commands.add_parser("experiment",
                                   description="Repeat a paper's experiments.")
     papers = command.add_subparsers(title="experiments", metavar="PAPER", required=True)
     holden.add_command(papers)

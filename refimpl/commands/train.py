@@ -36,7 +36,7 @@ from .progress import Progress, epoch_line, table
 def add_commands(commands: Any) -> None:
     """Add `train-autoencoder` and `train-style` to the subparsers of the program."""
     manifold = commands.add_parser(
-        "train-autoencoder", help="train the loss network (equation 3)",
+        "train-autoencoder",
         description="Train the convolutional autoencoder, the loss network of equations 1 to 3.")
     manifold.add_argument("motions", metavar="MOTIONS.npz", type=InputPath,
                           help="what `refimpl prepare` wrote")
@@ -59,7 +59,7 @@ def add_commands(commands: Any) -> None:
     manifold.set_defaults(run=run_autoencoder)
 
     style = commands.add_parser(
-        "train-style", help="train a style (equation 10)",
+        "train-style",
         description="Train the transformation network for one style, equations 4 to 10.")
     style.add_argument("motions", metavar="MOTIONS.npz", type=InputPath,
                        help="what `refimpl prepare` wrote")

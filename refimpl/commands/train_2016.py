@@ -25,8 +25,7 @@ with a few hundred windows take more, 5e-4 with batches of 10, say."""
 
 def add_commands(commands: Any) -> None:
     """Add `train-2016` to the subparsers of the program."""
-    command = commands.add_parser("train-2016", help="train the network of the 2016 system",
-                                  description=DESCRIPTION)
+    command = commands.add_parser("train-2016", description=DESCRIPTION)
     command.add_argument("motions", metavar="MOTIONS.npz", type=InputPath,
                          help="what `refimpl prepare` wrote")
     command.add_argument("-o", "--output", metavar="NETWORK.npz", type=OutputPath, required=True,

@@ -38,7 +38,7 @@ _FORMS = ("own", "coded")
 
 def add_commands(commands: Any) -> None:
     """Add `transfer` to the subparsers of the program."""
-    command = commands.add_parser("transfer", help="stylise a BVH clip", description=DESCRIPTION)
+    command = commands.add_parser("transfer", description=DESCRIPTION)
     command.add_argument("style_file", metavar="STYLE", nargs="?", type=InputPath,
                          help=f"a style in the box ({', '.join(STYLES_SAID)}), or what `refimpl "
                          "train-style` wrote")

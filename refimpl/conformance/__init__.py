@@ -10,7 +10,6 @@ against itself.
 - `stub`: a backend to fill in.   `adapted`: another library's functions as one.
 - `verify`: the reference against its second derivation and the instruments of `gradcheck`.
 - `golden`: inputs and outputs as files for readers without Python.
-- `strategies`: hypothesis strategies of valid inputs (imported by name only; needs hypothesis).
 """
 
 from ..lazy import opened

@@ -3,13 +3,11 @@ rows, on top of `definitions_nn`.
 """
 
 import math
-from typing import Any
-
 import numpy as np
 
 from ..holden2016 import losses
 from ..holden2016.rows import POSITIONS, TRAJECTORY, TURN
-from ..motion.joints import FEET, SLOT
+from ..motion.joints import FEET
 from . import definitions_nn as plain, definitions_smooth as smooth, functions_2016
 
 KEPT_SHARE = 0.75
@@ -102,8 +100,7 @@ def motion_to_rows(positions: np.ndarray) -> np.ndarray:
     floor = min(lowest) - math.log(0.5 + math.exp(min(lowest) - max(lowest)))
     ahead = []
     for frame in positions:
-        across = sum(frame[SLOT[f"Left{part}"]] - frame[SLOT[f"Right{part}"]]
-                     for part in ("Arm", "UpLeg"))
+        across = smooth.across(frame)
         ahead.append(np.cross(across / math.hypot(*across), [0.0, 1.0, 0.0])[[0, 2]])
     yaw = [math.atan2(x, z) for x, z in smooth.smoothed(np.array(ahead), 20.0)]
     root = [np.array([x, floor, z]) for x, _, z in smooth.smoothed(positions[:, 0], 3.0)]
@@ -149,16 +146,12 @@ def row_normaliser(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Sums over all rows, number by number."""
     rows = [row for window in windows for row in window]
 
-    def _deviation(values):
-        values = list(values)
-        middle = sum(values) / len(values)
-        return math.sqrt(sum((v - middle) ** 2 for v in values) / len(values))
     mean = [sum(row[i] for row in rows) / len(rows) for i in range(66)]
-    whole = _deviation(v for row in rows for v in row)
+    whole = smooth.deviation_of(v for row in rows for v in row)
     feet = {3 + 3 * foot + axis for foot in FEET for axis in range(3)}
     deviation = [whole * (0.9 if i in feet else 1.0) for i in range(66)]
-    deviation += [0.9 * _deviation(v for row in rows for v in row[66:68])] * 2
-    deviation += [0.9 * _deviation(row[68] for row in rows)] + [0.5] * 4
+    deviation += [0.9 * smooth.deviation_of(v for row in rows for v in row[66:68])] * 2
+    deviation += [0.9 * smooth.deviation_of(row[68] for row in rows)] + [0.5] * 4
     return (np.array([*mean, 0, 0, 0, 0.5, 0.5, 0.5, 0.5]),
             np.array([d or max(deviation) for d in deviation]))
 
@@ -166,21 +159,12 @@ def row_normaliser(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def train_network(We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, X: np.ndarray,
                   order: np.ndarray, batch: int, rate: float,
                   **chances: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Adam written out over the gradients of each batch."""
-    arrays, met, t = [We, be, Wd, bd], [], 0
-    moments: list[Any] = [(np.zeros(a.shape), np.zeros(a.shape)) for a in arrays]
-    for epoch, row in enumerate(order.tolist()):
-        losses_of = []
-        while row:
-            (indices, row), t = (row[:batch], row[batch:]), t + 1
-            own = {name: given[epoch, indices] for name, given in chances.items()}
-            losses_of.append(float(autoencoder_loss(X[indices], *arrays, **own)))
-            slopes = functions_2016.autoencoder_loss_backward(1.0, X[indices], *arrays, **own)[1:]
-            for k, slope in enumerate(slopes):
-                arrays[k], *moments[k] = plain.adam_step(arrays[k], slope, *moments[k], t=t,
-                                                         rate=rate)
-        met.append(sum(losses_of) / len(losses_of))
-    return (*arrays, np.array(met))
+    """The loss and its gradient, of each batch."""
+    def _of(arrays, indices, epoch):
+        own = {name: given[epoch, indices] for name, given in chances.items()}
+        return (autoencoder_loss(X[indices], *arrays, **own),
+                functions_2016.autoencoder_loss_backward(1.0, X[indices], *arrays, **own)[1:])
+    return smooth.trained((We, be, Wd, bd), order, batch, [rate] * len(order), _of, lambda _: 1)
 
 
 def project(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarray,

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from ..motion.joints import SLOT
-from .definitions_whole import _leg, turned
+from .definitions_smooth import across, turned
+from .definitions_whole import _leg
 
 
 def extended(positions: np.ndarray, *, frames: int) -> np.ndarray:
@@ -44,9 +44,8 @@ def _told(track, t):
 
 
 def _yaw(frame):
-    across = sum(frame[SLOT[f"Left{part}"]] - frame[SLOT[f"Right{part}"]]
-                 for part in ("Arm", "UpLeg"))
-    return math.atan2(-across[2], across[0])
+    x, _, z = across(frame)
+    return math.atan2(-z, x)
 
 
 def _eased(u):

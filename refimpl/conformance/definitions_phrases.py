@@ -3,6 +3,7 @@ phrases out of the definitions of single operations.
 """
 
 from collections.abc import Sequence
+from itertools import permutations
 import math
 from typing import Any
 
@@ -297,17 +298,13 @@ def cluster_threshold(ssd: np.ndarray, *, count: int) -> float:
 
 def best_pair(coefficients: np.ndarray, styles: np.ndarray, Z: np.ndarray, Y: np.ndarray, *,
               target: np.ndarray, **model: Any) -> tuple[np.ndarray, ...]:
-    """Each pair in turn, alpha by ever finer steps about the best of 13 even ones."""
-    found = []
-    for k, l in ((k, l) for k in range(len(styles)) for l in range(len(styles)) if k != l):
-        low, high, steps = -0.25, 1.25, 12
-        while high - low > 1e-8:
-            grid = np.linspace(low, high, steps + 1)
-            new = [[*coefficients[k], *coefficients[l], *styles[k], *styles[l], a] for a in grid]
-            predicted = learning.predicted_style(Z, Y, np.array(new), **model)
-            errors = [math.dist(p, target) for p in predicted]
-            best = errors.index(min(errors))
-            low, high, steps = grid[max(best - 1, 0)], grid[min(best + 1, steps)], 40
-        found.append((errors[best], k, l, grid[best], predicted[best]))
-    error, k, l, alpha, predicted = min(found, key=lambda pair: pair[0])
-    return np.array([k, l]), np.asarray(alpha), predicted, np.asarray(error)
+    """All pairs, alpha by ever finer steps about the best of 13 even ones."""
+    def _z(k, m, a):
+        return [*coefficients[k], *coefficients[m], *styles[k], *styles[m], a]
+
+    def _predicted(z):
+        return learning.predicted_style(Z, Y, np.array(z), **model)
+    error, k, m, alpha = _ranked(list(permutations(range(len(styles)), 2)), _predicted, _z,
+                                 target)[0]
+    return (np.array([k, m]), np.asarray(alpha), _predicted([_z(k, m, alpha)])[0],
+            np.asarray(error))

@@ -11,10 +11,10 @@ import numpy as np
 from ..holden2016 import losses
 from ..holden2016.rows import CONTACTS, TRAJECTORY
 from ..holden2017 import networks
-from ..motion.joints import FEET, LEGS, SLOT
+from ..motion.joints import FEET, LEGS
 from . import (definitions_2016 as code, definitions_holden as paper, definitions_nn as plain,
                functions_2016, functions_holden)
-from .definitions_smooth import smoothed, turned
+from .definitions_smooth import across, deviation_of, smoothed, trained, turned
 
 
 def facing_direction(positions: np.ndarray) -> np.ndarray:
@@ -23,9 +23,7 @@ def facing_direction(positions: np.ndarray) -> np.ndarray:
         return v / math.hypot(*v)
     found = []
     for frame in positions:
-        across = sum(frame[SLOT[f"Left{part}"]] - frame[SLOT[f"Right{part}"]]
-                     for part in ("Arm", "UpLeg"))
-        found.append(_unit(np.cross(across, [0.0, 1.0, 0.0])[[0, 2]]))
+        found.append(_unit(np.cross(across(frame), [0.0, 1.0, 0.0])[[0, 2]]))
     return np.array([_unit(v) for v in smoothed(np.array(found), 20.0)])
 
 
@@ -148,17 +146,13 @@ def motion_windows(features: np.ndarray, contacts: np.ndarray, *, length: int = 
 def normaliser(features: np.ndarray, contacts: np.ndarray, *,
                form: str = "groups") -> tuple[np.ndarray, np.ndarray]:
     """Sums over frames, number by number."""
-    def _deviation(values):
-        values = list(values)
-        middle = sum(values) / len(values)
-        return math.sqrt(sum((v - middle) ** 2 for v in values) / len(values))
-    own = [_deviation(column) for column in features.T]
+    own = [deviation_of(column) for column in features.T]
     groups = [range(63), (64, 65), (63,)]
     if form == "groups":
         sizes = [math.sqrt(sum(own[i] ** 2 for i in group) / len(group)) for group in groups]
     else:
         rows = np.concatenate([np.zeros((len(features), 3)), features, contacts], axis=1)
-        sizes = [_deviation(rows.ravel()), 0.9 * _deviation(features[:, 64:].ravel()),
+        sizes = [deviation_of(rows.ravel()), 0.9 * deviation_of(features[:, 64:].ravel()),
                  0.9 * own[63]]
     deviation = np.zeros(66)
     for group, size in zip(groups, sizes):
@@ -218,21 +212,8 @@ def learning_rate(epoch: np.ndarray, *, rate: float, epochs: int) -> np.ndarray:
 
 
 def _trained(arrays, order, batch, rate, of_batch):
-    """of_batch : (arrays, indices, epoch) ->  loss, gradients"""
-    arrays, met, t = list(arrays), [], 0
-    moments: list[Any] = [(np.zeros(a.shape), np.zeros(a.shape)) for a in arrays]
     rates = learning_rate(np.arange(1, len(order) + 1), rate=rate, epochs=len(order))
-    for epoch, row in enumerate(order.tolist()):
-        total = 0.0
-        while row:
-            indices, row = row[:batch], row[batch:]
-            (loss, slopes), t = of_batch(arrays, indices, epoch), t + 1
-            total += len(indices) * float(loss)
-            for k, slope in enumerate(slopes):
-                arrays[k], *moments[k] = plain.adam_step(arrays[k], slope, *moments[k], t=t,
-                                                         rate=rates[epoch])
-        met.append(total / len(order[epoch]))
-    return (*arrays, np.array(met))
+    return trained(arrays, order, batch, rates, of_batch)
 
 
 def train_loss_network(W0: np.ndarray, b0: np.ndarray, *, X: np.ndarray, order: np.ndarray,

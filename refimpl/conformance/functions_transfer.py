@@ -1,13 +1,9 @@
 """The reference for what is done with trained networks, as functions of arrays alone: a motion
-through both networks of 2017, its projection, how a clip goes on beyond its ends before that, and
-this package's search of 2016 on the network of 2017.
+through both networks of 2017, its projection, and how a clip goes on beyond its ends before that.
 """
-
-from typing import Any
 
 import numpy as np
 
-from ..holden2016 import own
 from ..holden2017 import networks, objective, transfer
 from ..holden2017.trained import Manifold, Style
 from ..motion import extend
@@ -15,10 +11,11 @@ from ..motion.windows import Normaliser
 from .functions_holden import T_NAMES
 
 
-def manifold_of(W0: np.ndarray, b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray,
-                leg: float = objective.LEG, bones: Any = None, form: str = "groups") -> Manifold:
+def manifold_of(W0: np.ndarray, b0: np.ndarray, mean: np.ndarray,
+                deviation: np.ndarray) -> Manifold:
     """A trained loss network of arrays alone."""
-    return Manifold({"W0": W0, "b0": b0}, Normaliser(mean, deviation, "these", form), leg, bones)
+    return Manifold({"W0": W0, "b0": b0}, Normaliser(mean, deviation, "these", "groups"),
+                    objective.LEG, np.ones(0))
 
 
 def stylised_numbers(features: np.ndarray, *arrays: np.ndarray, W0: np.ndarray, b0: np.ndarray,
@@ -71,76 +68,6 @@ def decode_untied_backward(dX: np.ndarray, H: np.ndarray, V0: np.ndarray, c0: np
     """dX : (N, C, 2 U)  ->  dH (N, m, U), dV0 (m, C, K), dc0 (C,)"""
     dH, found = networks.decode_backward(dX, H, {"V0": V0, "c0": c0}, chosen=chosen)
     return dH, found["V0"], found["c0"]
-
-
-def hidden_loss(H: np.ndarray, *, content: np.ndarray, gram: np.ndarray,
-                style: float) -> np.ndarray:
-    """`style_loss` with s = style plus `content_loss` with c = 1 - style, as means of squares.
-
-    H, content : (N, m, U), gram : (N, m, m)   ->  (N,)
-    """
-    return own.hidden_loss(H, content, gram, style=style)
-
-
-def hidden_loss_backward(dloss: np.ndarray, H: np.ndarray, *, content: np.ndarray,
-                         gram: np.ndarray, style: float) -> np.ndarray:
-    """dloss : (N,)  ->  dH (N, m, U)"""
-    return own.hidden_loss_backward(dloss, H, content, gram, style=style)
-
-
-def decoded_loss(H: np.ndarray, *, contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray,
-                 W0: np.ndarray, b0: np.ndarray, mean: np.ndarray,
-                 deviation: np.ndarray) -> np.ndarray:
-    """Foot, bone and trajectory of `total_loss` (mean_squares) of decode(H) deviation + mean.
-
-    H : (N, m, U);  contacts ... deviation : as for `total_loss`   ->  (N,)
-    """
-    return own.decoded_loss(H, _target(contacts, bones, trajectory), {"W0": W0, "b0": b0}, mean,
-                            deviation)
-
-
-def decoded_loss_backward(dloss: np.ndarray, H: np.ndarray, *, contacts: np.ndarray,
-                          bones: np.ndarray, trajectory: np.ndarray, W0: np.ndarray,
-                          b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    """dloss : (N,)  ->  dH (N, m, U)"""
-    return own.decoded_loss_backward(dloss, H, _target(contacts, bones, trajectory),
-                                     {"W0": W0, "b0": b0}, mean, deviation)
-
-
-def _target(contacts, bones, trajectory):
-    nothing: Any = None                                          # is read of the input
-    return objective.Batch(nothing, None, contacts, bones, trajectory)
-
-
-def style_search_on_2017(features: np.ndarray, contacts: np.ndarray, exemplar: np.ndarray, *,
-                         W0: np.ndarray, b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray,
-                         bones: np.ndarray, leg: float, form: str = "groups",
-                         style: float | None = None, iterations: int = own.Settings.iterations,
-                         rate: float = own.Settings.rate,
-                         constraint_iterations: int = own.Settings.constraint_iterations,
-                         constraint_rate: float = own.Settings.constraint_rate) -> np.ndarray:
-    """This package's form of the search of 2016, on the network of 2017 and from the content. X is
-    (features - mean) / deviation, an odd last frame doubled; C = encode(X); the exemplar's odd last
-    frame is left out (a single one doubled), and gram is its `style_target` for as many frames as
-    C has.
-
-    1. H from C, down `hidden_loss` with C, gram and style, unless given 0.003 for the form "groups"
-       and 1/11 for "2016".
-    2. The path: turning, forward and sideways velocity of the content, the two velocities times the
-       mean length of both of decode(H) in units over that of the content (where this is 0, times
-       1).
-    3. H from encode(decode(H)), down foot, bone and trajectory of equation 10 of decode(H) in
-       units, with the weights 0.001, 0.001 and 0.5 of `fitted_weights` ("norm", for this leg), the
-       contacts, the bones and the path.
-    4. decode(H) in units, with the path.
-    Adam as in `train_loss_network`, each rate falling as `learning_rate` does, a step an epoch.
-
-    features : (T, 66), contacts : (T, 4), exemplar : (T_e, 66);  bones : (20,)   ->  (T, 66)
-    """
-    settings: Any = own.Settings(style, "content", iterations, rate, constraint_iterations,
-                                 constraint_rate)
-    return own.optimise(features, contacts, [exemplar],
-                        manifold_of(W0, b0, mean, deviation, leg, bones, form), settings=settings)
 
 
 def extended(positions: np.ndarray, *, frames: int) -> np.ndarray:

@@ -3,10 +3,9 @@
 import numpy as np
 
 from ..motion.features import FEATURES, TURN
-from ..motion.joints import BONES
 from . import definitions_transfer as definitions, functions_transfer as functions
 from .operations_holden import _motion
-from .specification import Bad, Sample, operation
+from .specification import Sample, operation
 
 
 def _scale(rng):
@@ -53,47 +52,9 @@ def _decode_samples(rng):
                    {"chosen": rng.integers(2, size=(2, 5, 4))})]
 
 
-def _hidden_samples(rng):
-    n = rng.standard_normal
-    constants = {"content": n((2, 3, 4)), "gram": n((2, 3, 3))}
-    return [Sample(f"a share of {style:g}", (n((2, 3, 4)),), {**constants, "style": style})
-            for style in (0.25, 0.0, 1.0)]
-
-
-def _decoded_samples(rng):
-    n = rng.standard_normal
-    return [Sample("plain", (n((2, 3, 2)),), {
-        "contacts": rng.random((2, 4, 4)) < 0.6, "bones": rng.uniform(1, 9, len(BONES)),
-        "trajectory": n((2, 3, 4)), **_loss_network(rng), **_scale(rng)})]
-
-
-def _search_samples(rng):
-    def _sample(label, frames, of_exemplar, large=False, still=False, **how):
-        features = _features(rng, frames)
-        if still:
-            features[:, TURN + 1:] = 0.0
-        return Sample(label, (features, rng.integers(2, size=(frames, 4)),
-                              _features(rng, of_exemplar)), {
-            **_loss_network(rng), **_scale(rng), "bones": rng.uniform(1, 9, len(BONES)),
-            "leg": 40.0, "iterations": 4, "constraint_iterations": 3, **how}, large=large)
-    return [_sample("plain", 6, 4), _sample("odd frames, one of the style", 5, 1, form="2016"),
-            _sample("a share of its own, two odd lengths", 7, 5, style=0.4, rate=0.02),
-            _sample("standing", 4, 3, still=True),
-            _sample("many steps", 4, 4, True, iterations=60, constraint_iterations=30)]
-
-
-def _bad_searches():
-    good, *_ = _search_samples(np.random.default_rng(0))
-    return [Bad(label, good.inputs, argument, {**good.attributes, argument: value})
-            for label, argument, value in (
-                ("a share above 1", "style", 1.5), ("a negative share", "style", -0.1),
-                ("half a step", "iterations", 2.5), ("steps below none", "iterations", -1),
-                ("steps below none, second", "constraint_iterations", -1),
-                ("no rate", "rate", 0.0), ("an infinite rate", "constraint_rate", np.inf))]
-
-
-def _one(f, arguments, samples, equation, bad=list, **rest):
-    return operation(f, arguments, definitions, samples, bad, equation, **{"batched": (), **rest})
+def _one(f, arguments, samples, equation, **rest):
+    return operation(f, arguments, definitions, samples, equation=equation,
+                     **{"batched": (), **rest})
 
 
 ALONE = {"precisions": ("float64",)}
@@ -103,8 +64,4 @@ OPERATIONS = (
     _one(functions.projected_numbers, "features W0 b0", _projected_samples, "2017, section 6",
          **ALONE),
     _one(functions.fitted_weights, "leg", _weight_samples, "equation 10", **ALONE),
-    _one(functions.decode_untied, "H V0 c0", _decode_samples, "equation 2", batched=(0,)),
-    _one(functions.hidden_loss, "H", _hidden_samples, "2016, on the network of 2017"),
-    _one(functions.decoded_loss, "H", _decoded_samples, "2016, on the network of 2017"),
-    _one(functions.style_search_on_2017, "features contacts exemplar", _search_samples,
-         "2016, on the network of 2017", _bad_searches, grows=True, **ALONE))
+    _one(functions.decode_untied, "H V0 c0", _decode_samples, "equation 2", batched=(0,)))

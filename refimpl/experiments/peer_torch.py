@@ -3,13 +3,16 @@ fastest. Imported by that command alone, if PyTorch is there.
 """
 
 from collections.abc import Callable
+import os
 from typing import Any
 
 import numpy as np
 import torch
 import torch.nn.functional as F
 
-VERSION, DEFAULT = f"PyTorch {torch.__version__}", torch.get_num_threads()
+VERSION = f"PyTorch {torch.__version__}"
+# Its own number would be 1 here, since the command line holds MKL to one thread.
+DEFAULT = int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count() or 1)
 
 
 def use_threads(threads: int | None) -> None:
@@ -81,6 +84,7 @@ def _quiet(f, *arguments):
 
 def _compiled(use, function):
     """The form made by torch.compile, where a compiler is at hand."""
+    torch.compiler.reset()          # of other sizes, of which eight are kept
     try:
         work = use(torch.compile(function))
         work()

@@ -10,6 +10,7 @@ result is compared with the direct convolution in float64.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 import time
 import tracemalloc
 from typing import Any
@@ -27,6 +28,7 @@ from ..motion.joints import BONES
 from ..fast import conv
 
 FRAMES, BATCHES, SPARSITY = (240, 480, 960, 3840), (10, 32), 0.01
+SETTLING = 0.05                                  # seconds
 PERCEPTUAL = (CONTENT, STYLE)
 
 
@@ -57,23 +59,27 @@ class Problem:
 
 def interleaved(rivals: Mapping[str, Callable[..., Any]], seconds: float = 1.5,
                 least: int = 5) -> dict[str, float]:
-    """Median seconds of each of several functions, called in turn so that all meet the same
-    machine.
+    """Median seconds of each of several functions, which take turns so that all meet the same
+    machine. Calls in the first `SETTLING` seconds of a turn do not count: until then the threads of
+    whoever came before go on spinning, and take a core.
 
-    rivals : {name: f};  seconds : for each;  least : how often each is called at least
+    rivals : {name: f};  seconds : for each;  least : how often each is timed at least
     ->  {name: seconds}
     """
     for work in rivals.values():
-        work()
         work()
     times: dict[str, list[float]] = {name: [] for name in rivals}
     began = time.perf_counter()
     while (time.perf_counter() - began < seconds * len(rivals)
            or len(next(iter(times.values()))) < least):
         for name, work in rivals.items():
-            start = time.perf_counter()
-            work()
-            times[name].append(time.perf_counter() - start)
+            settled = time.perf_counter() + SETTLING
+            while time.perf_counter() < settled:
+                work()
+            for _ in range(5):
+                start = time.perf_counter()
+                work()
+                times[name].append(time.perf_counter() - start)
     return {name: float(np.median(t)) for name, t in times.items()}
 
 
@@ -101,6 +107,11 @@ class Work:
     alone: Callable | None = None
     error: float | None = None
     default: int = 1
+
+    @cached_property
+    def operations(self) -> int:
+        """`products` of ours, on one thread."""
+        return products(self.ours(1))
 
 
 def inference(problem: Problem, peers: Sequence[Any], frames: Sequence[int] = FRAMES,
@@ -215,7 +226,7 @@ def timed(work: Work, dtype: Any, threads: int | None, seconds: float, rate: flo
             "seconds": times["ours"], "direct seconds": times.get("direct"), "peer": best,
             "peer seconds": times[best] if best else None,
             "ratio": times["ours"] / times[best] if best else None,
-            "share of the limit": products(work.ours(1)) / rate / times["ours"],
+            "share of the limit": work.operations / rate / times["ours"],
             "relative error": work.error, "seconds of each": times}
 
 

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from ..holden2017.networks import even as even_frames
 from ..holden2017.trained import Manifold
 from ..motion.stylised import Stylised, onto_skeleton
 from ..motion import features as f66
@@ -25,6 +24,7 @@ from ..motion.dataset import Labelled
 from ..motion.body import Take, seen
 from ..motion.joints import BONES, HEELS, LEGS, SLOT, TOES
 from ..motion.windows import Normaliser as Normaliser66
+from ..nn.pool import even as even_frames
 from . import losses, rows, search
 from .files import check_unit, read_network, read_preprocess
 from .network import Params, decode, encode

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from .. import nn
-from ..holden2017.networks import uniform_filters
+from ..nn.conv import uniform_filters
 from .rows import NUMBERS
 
 DROPOUT = 0.25

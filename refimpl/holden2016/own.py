@@ -31,10 +31,10 @@ from typing import Any
 import numpy as np
 
 from ..holden2017 import losses, networks as text
-from ..holden2017.networks import even as even_frames
 from ..holden2017.objective import (CONSTRAINTS, WEIGHTS, Batch, Weights, column, denormalise,
                                     term_losses, term_losses_backward)
 from ..nn.adam import annealed
+from ..nn.pool import even as even_frames
 from ..holden2017.trained import Manifold
 from ..motion.stylised import Stylised, onto_skeleton
 from ..motion.body import MARGIN, Seen, Take, seen

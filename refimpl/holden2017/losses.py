@@ -15,7 +15,7 @@ from .. import nn
 from ..motion.features import FORWARD, POSITIONS, SIDEWAYS, TURN, VELOCITIES
 from ..motion.joints import BONES, FEET, JOINTS
 from ..nn.arguments import check_arrays, check_whole, in_precision
-from ..nn.sums import power_of_two, root, wide_sum
+from ..nn.sums import unit_vectors, wide_sum
 
 Bones = Sequence[tuple[int, int]]
 
@@ -222,23 +222,8 @@ def _bone_errors(motion, lengths, bones):
     if np.shape(lengths) != (len(bones),):
         raise ValueError(f"lengths: found shape {np.shape(lengths)}, needed ({len(bones)},)")
     j1, j2 = np.array(bones).T
-    direction, found = _unit_vectors(p[:, j1] - p[:, j2])
+    direction, found = unit_vectors(p[:, j1] - p[:, j2], 2)
     return direction, found - in_precision(lengths, motion)[:, None]
-
-
-def _unit_vectors(v):
-    """Directions (N, b, 3, T), 0 for a vector of length 0, and lengths (N, b, T)."""
-    with np.errstate(over="ignore", under="ignore"):
-        squares = np.sum(v * v, axis=2)
-    real, scale = v.real.dtype, None
-    if real != object and not np.all((squares.real > np.finfo(real).tiny / np.finfo(real).eps)
-                                     & (squares.real < np.inf)):
-        scale = power_of_two(v, 2)                              # some squares overflow, or vanish
-        v = v / scale[:, :, None]
-        squares = np.sum(v * v, axis=2)
-    length = root(squares)
-    direction = v / np.where(length == 0, in_precision(1, v), length)[:, :, None]
-    return direction, length if scale is None else scale * length
 
 
 def trajectory_loss(motion: np.ndarray, wanted: np.ndarray, *,

@@ -15,6 +15,8 @@ import numpy as np
 from .. import nn
 from ..motion.features import FEATURES
 from ..nn.arguments import in_precision
+from ..nn.conv import uniform_filters
+from ..nn.pool import even
 from ..nn.sums import wide_sum
 
 HIDDEN, WIDTH, CHANNELS = 256, 25, 128
@@ -25,19 +27,6 @@ Params = Mapping[str, np.ndarray]
 Gradients = dict[str, Any]
 Found = tuple[dict[str, Any], Gradients]                         # losses by name, gradients
 T_NAMES = ("W1", "b1", "W2", "b2", "W3", "b3")                   # parameters of T
-
-
-def uniform_filters(rng: np.random.Generator, c_out: int, c_in: int, width: int,
-                    dtype: Any = np.float32) -> np.ndarray:
-    r"""Initial filters, uniform in +-sqrt(6 / (fan_in + fan_out)).
-
-    fan_in = c_in width, fan_out = c_out width   ->  (c_out, c_in, width)
-
-    >>> bool(np.abs(uniform_filters(np.random.default_rng(0), 4, 2, 25)).max() <= 0.2)
-    True
-    """
-    bound = np.sqrt(6.0 / ((c_in + c_out) * width))
-    return rng.uniform(-bound, bound, size=(c_out, c_in, width)).astype(dtype)
 
 
 def init_loss_network(rng: np.random.Generator, *, hidden: int = HIDDEN, width: int = WIDTH,
@@ -154,17 +143,6 @@ def project(X: np.ndarray, params: Params) -> np.ndarray:
     return decode(encode(even(X), params), params)[:, :, :X.shape[2]]
 
 
-def even(X: np.ndarray, axis: int = -1) -> np.ndarray:
-    """The last frame doubled where the number of frames, those along the axis, is odd.
-
-    (N, C, T)  ->  (N, C, T + T % 2)
-
-    >>> even(np.array([[[1.0, 2, 3]]]))
-    array([[[1., 2., 3., 3.]]])
-    """
-    return np.concatenate([X, X.take([-1], axis)], axis) if X.shape[axis] % 2 else X
-
-
 def autoencoder_loss(X: np.ndarray, params: Params, *, alpha: float = SPARSE, mean: bool = True,
                      noisy: np.ndarray | None = None, chosen: np.ndarray | None = None) -> Any:
     r"""What the loss network learns by (Holden 2017, Equation 3):
@@ -225,8 +203,7 @@ class Reconstruction:
                                 if value is not None})
 
 
-def autoencoder_gradients(alpha: float) -> Callable[[Params, Reconstruction],
-                                                    Found]:
+def autoencoder_gradients(alpha: float) -> Callable[[Params, Reconstruction], Found]:
     """What training asks for each batch, by the definition.
 
     ->  (params, Reconstruction) -> {"loss": scalar}, gradients

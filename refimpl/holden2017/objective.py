@@ -56,7 +56,7 @@ class Weights:
 # What training takes for each reading. A mean of squares pulls with 2 |D| / (m T), some 1/200 of a
 # norm's pull, where D = L(I) - L(T(I)) has m T = 30,720 elements (256 hidden units, windows of 240
 # frames) and is some 75 long; a sum with 2 |D|. The constraints of squares are four times those of
-# norms beside the rest, which keeps the path (the curve stands in the README). s weighs a square of
+# norms beside the rest, which keeps the path (`docs/recipe.md` has the curve). s weighs a square of
 # the hidden units against the units: for norms, 0.01 leaves a third more of the style.
 WEIGHTS = {"norm": Weights(1.0, 0.06, 0.01, 0.001, 0.5, reading="norm"),
            "mean_squares": Weights(),

@@ -58,8 +58,8 @@ def transfer(take: Take, style: Style, *, projected: bool = True, clean: bool = 
 
     The take is brought to the body that the model knows, and what changes there comes back
     (`motion.canonical`). The root keeps the content's velocities, to which equation 9 holds those
-    of T(I); with `clean` False those of T(I), since the projection would lead the path astray (see
-    the README's deviations). Where the clip is none that the style can know it fades
+    of T(I); with `clean` False those of T(I), since the projection would lead the path astray
+    (`docs/departures.md`). Where the clip is none that the style can know it fades
     (`motion.known`), unless `clean` is False.
     """
     manifold = style.manifold

@@ -224,3 +224,16 @@ def check_padding(padding: Any) -> tuple[int, int]:
         raise ValueError(f"padding: found {padding!r}, needed 'same', 'valid', a whole number from "
                          "0 on or a pair of them")
     return check_whole("padding", pair[0], 0), check_whole("padding", pair[1], 0)
+
+
+def uniform_filters(rng: np.random.Generator, c_out: int, c_in: int, width: int,
+                    dtype: Any = np.float32) -> np.ndarray:
+    r"""Initial filters, uniform in +-sqrt(6 / (fan_in + fan_out)).
+
+    fan_in = c_in width, fan_out = c_out width   ->  (c_out, c_in, width)
+
+    >>> bool(np.abs(uniform_filters(np.random.default_rng(0), 4, 2, 25)).max() <= 0.2)
+    True
+    """
+    bound = np.sqrt(6.0 / ((c_in + c_out) * width))
+    return rng.uniform(-bound, bound, size=(c_out, c_in, width)).astype(dtype)

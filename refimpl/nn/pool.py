@@ -199,6 +199,17 @@ def random_depool1d_backward(dx: np.ndarray, h: np.ndarray, chosen: np.ndarray,
     return np.take_along_axis(windows, np.asarray(chosen)[..., None], axis=-1)[..., 0]
 
 
+def even(X: np.ndarray, axis: int = -1) -> np.ndarray:
+    """The last frame doubled where the number of frames, those along the axis, is odd.
+
+    (N, C, T)  ->  (N, C, T + T % 2)
+
+    >>> even(np.array([[[1.0, 2, 3]]]))
+    array([[[1., 2., 3., 3.]]])
+    """
+    return np.concatenate([X, X.take([-1], axis)], axis) if X.shape[axis] % 2 else X
+
+
 def _windows(x, outside, width, stride, padding, dilation, ceil_mode):
     """The elements of every window (N, C, T_out, width), their positions in the input (T_out,
     width), and which of these are inside it; elements that are not are `outside`."""

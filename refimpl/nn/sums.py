@@ -1,5 +1,5 @@
-r"""Sums of many numbers: added up in double precision and rounded once; a scale for large ones; and
-roots.
+r"""Sums of many numbers: added up in double precision and rounded once; a scale for large ones;
+roots, and directions.
 
 NumPy adds the leading axes of an array one element after the other, in the array's own precision:
 in float32 twenty million ones are then 16,777,216, and the bias gradient of a large batch is off
@@ -11,6 +11,8 @@ import math
 from typing import Any
 
 import numpy as np
+
+from .arguments import in_precision
 
 
 def wide_sum(x: np.ndarray, axis: int | tuple[int, ...] | None = None) -> Any:
@@ -57,6 +59,30 @@ def root(x: Any) -> Any:
     [Fraction(3, 2), Fraction(0, 1)]
     """
     return np.frompyfunc(_exact_root, 1, 1)(x) if x.dtype.kind == "O" else np.sqrt(x)
+
+
+def unit_vectors(v: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
+    """Directions, 0 for a vector of length 0, and lengths. No square on the way overflows, or
+    vanishes.
+
+    v : an array of any shape, vectors along an axis
+    ->  the same shape, and the same without the axis
+
+    >>> direction, length = unit_vectors(np.array([[3.0, 4.0], [0.0, 0.0]]) * 2.0 ** 700, 1)
+    >>> direction.tolist(), (length / 2.0 ** 700).tolist()
+    ([[0.6, 0.8], [0.0, 0.0]], [5.0, 0.0])
+    """
+    with np.errstate(over="ignore", under="ignore"):
+        squares = np.sum(v * v, axis=axis)
+    real, scale = v.real.dtype, None
+    if real != object and not np.all((squares.real > np.finfo(real).tiny / np.finfo(real).eps)
+                                     & (squares.real < np.inf)):
+        scale = power_of_two(v, axis)
+        v = v / np.expand_dims(scale, axis)
+        squares = np.sum(v * v, axis=axis)
+    length = root(squares)
+    direction = v / np.expand_dims(np.where(length == 0, in_precision(1, v), length), axis)
+    return direction, length if scale is None else scale * length
 
 
 def _exact_root(number):

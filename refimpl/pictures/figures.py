@@ -9,8 +9,8 @@ from typing import Any
 from matplotlib.figure import Figure
 import numpy as np
 
-from .plot import (View, checked_motions, colours, draw_pose, facing_forward, ground_height,
-                   left_leg_length, new_figure, save)
+from .plot import (View, checked_motions, colours, draw_pose, facing_forward, finished,
+                   ground_height, left_leg_length, new_figure)
 
 
 GREY = "#9a9a9a"
@@ -61,7 +61,7 @@ def sheet(rows: Sequence[tuple[Mapping[str, np.ndarray], str]], path: str | Path
         ax.text(-0.7, 2.15, text, fontsize=8, color="#333333", va="bottom")
         ax.set(xlim=(-0.8, wide), ylim=(-0.15, 2.5), aspect="equal")
         ax.axis("off")
-    return _done(figure, path, title)
+    return finished(figure, path, title)
 
 
 def draw_projection(transformed: np.ndarray, projected: np.ndarray,
@@ -80,7 +80,7 @@ def draw_projection(transformed: np.ndarray, projected: np.ndarray,
         ax.set(xlim=(-0.7, 1.25 * poses - 0.5), ylim=(-0.1, 2.3), aspect="equal")
         ax.axis("off")
         ax.text(-0.65, 2.15, view, fontsize=9, color="#555555")
-    return _done(figure, path, title)
+    return finished(figure, path, title)
 
 
 def draw_networks(signals: Sequence[tuple[str, np.ndarray, str]],
@@ -114,12 +114,4 @@ def draw_networks(signals: Sequence[tuple[str, np.ndarray, str]],
             ax.set_title(f"{label}\n{' x '.join(map(str, weights.shape))}", fontsize=9)
             figure.text((n + 0.86) * cell, 0.57, "$\\rightarrow$", fontsize=26, ha="center",
                         color="#444444")
-    return _done(figure, path, title)
-
-
-def _done(figure, path, title):
-    if title:
-        figure.suptitle(title, fontsize=13)
-    if path is not None:
-        save(figure, path)
-    return figure
+    return finished(figure, path, title)

@@ -190,7 +190,7 @@ def strip(motions: Mapping[str, np.ndarray], path: str | Path | None = None, *,
         ax.spines[:].set_visible(False)
         ax.tick_params(length=3 if ax is axes[-1] else 0)
     axes[-1].set_xlabel("time [s]", fontsize=11)
-    return _finish(figure, path, title)
+    return finished(figure, path, title)
 
 
 def paths(motions: Mapping[str, np.ndarray], path: str | Path | None = None, *, title: str = "",
@@ -216,7 +216,7 @@ def paths(motions: Mapping[str, np.ndarray], path: str | Path | None = None, *, 
                         arrowprops={"arrowstyle": "-|>", "color": colour, "mutation_scale": 22})
     ax.set_aspect("equal", adjustable="datalim")
     _label(ax, f"z, forward [{unit}]", f"x, left [{unit}]")
-    return _finish(figure, path, title)
+    return finished(figure, path, title)
 
 
 def curves(records: Iterable[Mapping[str, Any]], keys: str | Iterable[str],
@@ -246,7 +246,7 @@ def curves(records: Iterable[Mapping[str, Any]], keys: str | Iterable[str],
     if good.size and good.min() > 0 and good.max() > 5 * good.min():
         ax.set_yscale("log")
     _label(ax, "epoch", ylabel)
-    return _finish(figure, path, title)
+    return finished(figure, path, title)
 
 
 def save(figure: Figure, path: str | Path) -> None:
@@ -310,7 +310,8 @@ def _label(ax, across, up):
     ax.legend(fontsize=10)
 
 
-def _finish(figure, path, title):
+def finished(figure: Figure, path: str | Path | None, title: str) -> Figure:
+    """The figure with its title, saved where that is asked for."""
     if title:
         figure.suptitle(title, fontsize=14)
     if path is not None:

@@ -14,10 +14,10 @@ from refimpl.cli import main
 from refimpl.conformance import (BackendError, as_backend, case, cases, judge, judge_all,
                                  load_backend, reference, rivals)
 from refimpl.conformance.golden import export, read_folder
-from refimpl.conformance.strategies import clips, conv1d_inputs, pool_inputs
 from refimpl.conformance.verify import verify
 from tests.conformance import attributions
 from tests.conformance.faults import FAULTS, GOOD, caught_by
+from tests.conformance.strategies import clips, conv1d_inputs, pool_inputs
 
 
 @pytest.mark.parametrize("seed", range(20))

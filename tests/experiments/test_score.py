@@ -1,5 +1,5 @@
-"""`refimpl score`: each fault moves its own column and hardly another, nothing depends on unit, axis
-or place, and the nulls stand where they belong; from files alone.
+"""`refimpl score`: each fault moves its own column and hardly another, nothing depends on unit,
+axis or place, and the nulls stand where they belong; from files alone.
 """
 
 from dataclasses import replace

@@ -4,6 +4,10 @@ without PyTorch it says so.
 
 import json
 import os
+from pathlib import Path
+import shutil
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -12,6 +16,8 @@ import pytest
 from refimpl.experiments import speed as bench
 from refimpl.blas import prefer
 from refimpl.cli import main
+
+DOCS = Path(__file__).parents[2] / "docs"
 
 
 def test_interleaved_medians_tell_fast_from_slow():
@@ -119,3 +125,27 @@ def test_blas_is_told_what_nobody_has_told_it():
     prefer(told)
     assert told == {"OPENBLAS_NUM_THREADS": "3", "MKL_NUM_THREADS": "1"}
     prefer(os.environ)
+
+
+def test_the_page_shows_the_stored_numbers_and_a_run_would_be_stored_so(tmp_path):
+    docs = tmp_path / "docs"
+    docs.mkdir()
+    for name in ("speed.py", "speed.md", "speed.json"):
+        shutil.copy(DOCS / name, docs)
+
+    def _run(*words):
+        return subprocess.run([sys.executable, docs / "speed.py", *words], capture_output=True,
+                              text=True)
+    assert _run("--check").stdout == "nothing differs\n"
+    stored = json.loads((DOCS / "speed.json").read_text())["runs"]
+    for name, run in stored.items():                             # as `bench` writes them
+        report = {"settings": run["settings"], "rows": run["rows"],
+                  "gemm": run["large product, operations a second"],
+                  "peak_bytes_15360_frames": run["peak bytes, 15,360 frames"]}
+        (tmp_path / name).write_text(json.dumps(report))
+    assert _run(*(tmp_path / name for name in stored)).returncode == 0
+    for name in ("speed.md", "speed.json"):
+        assert (docs / name).read_text() == (DOCS / name).read_text()
+    other = (docs / "speed.json").read_text().replace('"seconds": 0.00', '"seconds": 0.01')
+    (docs / "speed.json").write_text(other)
+    assert _run("--check").returncode == 1

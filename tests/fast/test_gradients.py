@@ -75,7 +75,8 @@ def test_threads_share_a_clip_as_far_as_it_makes_it_faster(frames, threads):
     assert 1 <= used <= threads and size % 2 == 0 and size <= stylist.block
     blocks = -(-frames // size)
     assert blocks % used == 0 or blocks == used                  # everybody gets as many
-    assert stylist._shares(40)[0] == 1                           # too short to be shared
+    assert stylist._shares(480)[0] == 1                          # too short to be shared
+    assert stylist._shares(5000)[0] == threads
     X = np.random.default_rng(1).normal(size=(1, 66, frames))
     found = [stylist.stylise(X) for _ in range(2)]
     np.testing.assert_array_equal(*found)

@@ -203,7 +203,8 @@ def test_a_style_trained_on_it_goes_to_disk_and_back(made, takes, tmp_path):
     save_style(path, style)
     again = load_style(path)
     X = manifold.network_input(F.scale(takes[0].features, made.leg / takes[0].leg))
-    results = [fast.project(fast.transformation(X, s.params), s.manifold.params) for s in (again, style)]
+    results = [fast.project(fast.transformation(X, s.params), s.manifold.params)
+               for s in (again, style)]
     np.testing.assert_array_equal(*results)
     np.testing.assert_allclose(fast.project(fast.transformation(X, style.params), manifold.params),
                                networks.project(networks.transformation(X, style.params),

@@ -111,5 +111,5 @@ def test_transformation_network_gradients(rng):
     params = networks.init_transformation_network(rng, channels=3, width=3, features=4, dtype=float)
     params = {name: p + 0.1 * rng.normal(size=p.shape) for name, p in params.items()}
     names = tuple(params)
-    nn.check_gradient(*over_arrays(networks.transformation, networks.transformation_backward, names),
-                      rng.normal(size=(2, 4, 6)), *params.values(), names=("X", *names))
+    both = over_arrays(networks.transformation, networks.transformation_backward, names)
+    nn.check_gradient(*both, rng.normal(size=(2, 4, 6)), *params.values(), names=("X", *names))

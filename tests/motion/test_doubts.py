@@ -1,5 +1,5 @@
-"""Motion that no body makes is told, turned or mended where it is broken; motion that bodies make is
-not.
+"""Motion that no body makes is told, turned or mended where it is broken; motion that bodies make
+is not.
 """
 
 from dataclasses import replace
@@ -54,7 +54,8 @@ def test_a_clip_on_its_head_or_back_is_the_same_motion(axis, degrees, up):
      "leap by"),
     (changed(slice(None), slice(None), lambda v: v[:1] + 0 * v), "no joint moves"),
     (changed(slice(None), 1, lambda v: v + 3e3 * np.linspace(0, 1, len(v))), "climb"),
-    (replace(CLIP, frame_time=1 / 600), "Frame Time"), (replace(CLIP, frame_time=1.0), "Frame Time"),
+    (replace(CLIP, frame_time=1 / 600), "Frame Time"),
+    (replace(CLIP, frame_time=1.0), "Frame Time"),
     (changed(5, slice(3, 4), lambda v: v + 1e15), "rounding")])
 def test_what_no_body_does_is_told(clip, words):
     take = make_take(clip)

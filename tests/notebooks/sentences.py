@@ -106,8 +106,8 @@ SENTENCES = {
         ("On the diagonal stands a row's energy",
          "np.allclose(np.diagonal(G[0]), np.sum(X_C[0] ** 2, axis=1))"),
         ("With the recorded clips it does: the head goes some nine tenths of the way",
-         "made_up or 0.75 < ((h := lambda m: normaliser.undo(m[0].T)[:, row].mean())(moved) - h(X_C))"
-         " / (h(X_S) - h(X_C)) < 1.05"),
+         "made_up or 0.75 < ((h := lambda m: normaliser.undo(m[0].T)[:, row].mean())(moved)"
+         " - h(X_C)) / (h(X_S) - h(X_C)) < 1.05"),
         ("With the embedded walkers it goes a tenth of the way",
          "not made_up or 0.05 < ((h := lambda m: normaliser.undo(m[0].T)[:, row].mean())(moved)"
          " - h(X_C)) / (h(X_S) - h(X_C)) < 0.2"),
@@ -139,8 +139,8 @@ SENTENCES = {
          " + trajectory_backward(one, O * deviation + mean, wanted, 1e4)) * deviation)"),
     ],
     "08": [
-        ("gradients of 1 move a number by $3.2\\,\\eta$ in the first step and by $6.6\\,\\eta$ in the"
-         " twelfth",
+        ("gradients of 1 move a number by $3.2\\,\\eta$ in the first step and by $6.6\\,\\eta$ in"
+         " the twelfth",
          "np.allclose([(1 - 0.9 ** k) / np.sqrt(1 - 0.999 ** k) for k in (1, 12)], [3.16, 6.57],"
          " atol=0.01)"),
         ("$\\sqrt{1 - \\beta_2} = 0.03$", "np.isclose(np.sqrt(1 - 0.999), 0.0316, atol=1e-3)"),

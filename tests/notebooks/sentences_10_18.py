@@ -39,9 +39,10 @@ SENTENCES = {
          "10 * trained['means of squares'][1][-1]['style']"
          " < trained['means of squares'][1][0]['style']"),
         ("at $s = 0.01$ more of the content is kept",
-         "np.linalg.norm(networks.encode(networks.transformation(I, trained['norms, as printed'][0]),"
-         " manifold.params) - lesson.hidden) < np.linalg.norm(networks.encode(networks.transformation("
-         "I, trained['means of squares'][0]), manifold.params) - lesson.hidden)"),
+         "np.linalg.norm(networks.encode(networks.transformation(I,"
+         " trained['norms, as printed'][0]), manifold.params) - lesson.hidden)"
+         " < np.linalg.norm(networks.encode(networks.transformation(I,"
+         " trained['means of squares'][0]), manifold.params) - lesson.hidden)"),
         ("Bones and trajectory fall in both",
          "all(curve[-1][name] < curve[0][name] for _, curve in trained.values()"
          " for name in ('bone', 'trajectory'))"),

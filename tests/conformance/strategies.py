@@ -1,7 +1,4 @@
-"""hypothesis strategies of valid inputs, for property tests of an implementation. Needs hypothesis;
-nothing else imports this module.
-
-    from refimpl.conformance.strategies import conv1d_inputs
+"""hypothesis strategies of valid inputs, for property tests of an implementation:
 
     @given(conv1d_inputs())
     def test_mine(case):
