@@ -33,30 +33,47 @@ class Contents:
     """A database's fragments as contents are told by.
 
     sequences : without habits, whitened;  names : their contents;  whitening : (D, D);
-    own : (N,) SSD a frame from each to the nearest of its content by another performer.
+    own : (N,) SSD a frame from each to the nearest of its content by another performer;
+    habits : (performers, D) their mean poses, whitened.
     """
 
     sequences: list[np.ndarray] = field(repr=False)
     names: list[str]
     whitening: np.ndarray = field(repr=False)
     own: np.ndarray = field(repr=False)
+    habits: np.ndarray = field(repr=False)
 
     def cut(self, angles: np.ndarray, rounds: int = ROUNDS) -> tuple[float, list[Piece]]:
-        """Equations 8 to 11 of a motion by one performer, seen as the sequences are. The habit is
-        its mean pose at first, which is also that of what is done; then what is left between it and
-        the fragments that it matches, in `rounds`.   ->  as `segment.segment`
+        """Equations 8 to 11 of a motion by one performer, seen as the sequences are.
+
+        Its habit is not known. Two guesses: the mean of the performers', and the motion's own mean
+        pose, which holds for a phrase of all actions but makes a single one vanish. From each, what
+        is left between the motion and the fragments that it matches is taken out in `rounds`; of
+        the two cuts that one is taken whose habit is the more usual among the performers'.
+        ->  as `segment.segment`
         """
-        seen = (angles - angles.mean(axis=0)) @ self.whitening
-        cost, pieces = segment(seen, self.sequences)
+        raw = angles @ self.whitening
+        found = [self._cut(raw, guess, rounds) for guess in (self.habits.mean(axis=0),
+                                                             raw.mean(axis=0))]
+        return min(found, key=lambda cut: self._unusual(cut[0]))[1:]
+
+    def _cut(self, raw, habit, rounds):
+        """->  the habit at last, cost, pieces"""
+        cost, pieces = segment(raw - habit, self.sequences)
         for _ in range(rounds):
             left = []
             for piece in pieces:
-                Y, X = seen[piece.start:piece.end], self.sequences[piece.fragment]
+                Y, X = raw[piece.start:piece.end] - habit, self.sequences[piece.fragment]
                 p, q = dtw(Y, X)[1].T
                 left.append((piece.end - piece.start) * (Y[p] - X[q]).mean(axis=0))
-            seen = seen - np.sum(left, axis=0) / len(seen)
-            cost, pieces = segment(seen, self.sequences)
-        return cost, pieces
+            habit = habit + np.sum(left, axis=0) / len(raw)
+            cost, pieces = segment(raw - habit, self.sequences)
+        return habit, cost, pieces
+
+    def _unusual(self, habit):
+        """How far a habit is from the performers' mean, by their covariance (Mahalanobis)."""
+        x, apart = habit - self.habits.mean(axis=0), self.habits - self.habits.mean(axis=0)
+        return x @ np.linalg.solve(_ridged(apart.T @ apart / len(apart)), x)
 
     def like(self, piece: Piece) -> float:
         """How far a piece lies from the fragment that it matches, beside `BEYOND_OWN` times
@@ -68,19 +85,33 @@ class Contents:
         return far / max(BEYOND_OWN * float(self.own.max()), 1e-12)
 
 
+def habits_of(sequences: Sequence[np.ndarray], performer: Sequence[str]) -> dict[str, np.ndarray]:
+    """The mean pose of all that each performer does.   [(T_i, D)]  ->  {performer: (D,)}
+
+    >>> habits_of([np.array([[1.0]]), np.array([[3.0]])], ["she", "she"])
+    {'she': array([2.])}
+    """
+    return {who: np.concatenate([x for x, by in zip(sequences, performer) if by == who]).mean(
+        axis=0) for who in dict.fromkeys(performer)}
+
+
 def without_habits(sequences: Sequence[np.ndarray], performer: Sequence[str]) -> list[np.ndarray]:
-    """Angles minus the mean pose of all that a performer does.   [(T_i, D)]  ->  the same
+    """Angles minus their performer's habit.   [(T_i, D)]  ->  the same
 
     >>> without_habits([np.array([[1.0]]), np.array([[3.0]])], ["she", "she"])
     [array([[-1.]]), array([[1.]])]
     """
-    of = {who: np.concatenate([x for x, by in zip(sequences, performer) if by == who]).mean(axis=0)
-          for who in dict.fromkeys(performer)}
+    of = habits_of(sequences, performer)
     return [x - of[by] for x, by in zip(sequences, performer)]
 
 
-def whitening(sequences: Sequence[np.ndarray], names: Sequence[str], ridge: float = RIDGE,
-              pairs: int = PAIRS, seed: int = 0) -> np.ndarray:
+def _ridged(S):
+    """A covariance that can be inverted, by a ridge of a tenth of its mean diagonal."""
+    return S + (RIDGE * np.trace(S) / len(S) + 1e-12) * np.eye(len(S))
+
+
+def whitening(sequences: Sequence[np.ndarray], names: Sequence[str], pairs: int = PAIRS,
+              seed: int = 0) -> np.ndarray:
     """S^(-1/2) of the residuals within contents, of the mean size that leaves SSD's scale.
 
     names : the contents;  pairs : of each content at most;  seed : of those that are looked at
@@ -98,7 +129,7 @@ def whitening(sequences: Sequence[np.ndarray], names: Sequence[str], ridge: floa
         raise AlignError("names: found no content twice, needed two of one to know what differs "
                          "within it")
     S = sum(r.T @ r for r in residuals) / len(residuals)
-    values, vectors = np.linalg.eigh(S + (ridge * np.trace(S) / len(S) + 1e-12) * np.eye(len(S)))
+    values, vectors = np.linalg.eigh(_ridged(S))
     return (vectors / np.sqrt(values)) @ vectors.T * np.sqrt(np.trace(S) / len(S) + 1e-12)
 
 
@@ -117,7 +148,8 @@ def contents_of_names(sequences: Sequence[np.ndarray], names: Sequence[str],
     far[i, j] = far[j, i] = pair_costs([(seen[a], seen[b]) for a, b in zip(i, j)]) / np.maximum(
         *(np.array([len(seen[n]) for n in some]) for some in (i, j)))
     own = far.min(axis=1)
-    return Contents(seen, list(names), W, own[np.isfinite(own)])
+    habits = np.array(list(habits_of(sequences, performer).values())) @ W
+    return Contents(seen, list(names), W, own[np.isfinite(own)], habits)
 
 
 def groups(far: np.ndarray, count: int) -> tuple[np.ndarray, str]:
