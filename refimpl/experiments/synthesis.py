@@ -9,6 +9,7 @@ import numpy as np
 
 from ..torresani2006.align import pair_costs
 from ..torresani2006.blend import peak_acceleration, standing
+from ..torresani2006.content import without_habits
 from ..torresani2006.database import Database
 from ..torresani2006.efforts import BY_PATHS
 from ..torresani2006.join import join
@@ -46,9 +47,9 @@ def asked_and_seen(cast: Cast,
     ->  {way: row} with "nearer": the share judged nearer to the style asked for than the input is,
     and its standard error over performers; "error": mean squared, by effort; "r": correlation of
     asked and seen, by effort; "kept": share of pieces that look, among the input performer's own
-    actions, like the one done there; medians of "peak" and "seam", the largest acceleration of the
-    whole and within 0.2 s of a seam, beside the input's largest; and of "slide" of planted feet, in
-    the file's unit a second, once they have been held (`blend.standing`)
+    actions, most like the one done there, mean poses taken out; medians of "peak" and "seam", the
+    largest acceleration of the whole and within 0.2 s of a seam, beside the input's largest; and of
+    "slide" of planted feet, in the file's unit a second, once they are held (`blend.standing`)
     """
     rng, rows = np.random.default_rng([seed, 15]), []
     for name in dict.fromkeys(cast.performer):
@@ -58,6 +59,7 @@ def asked_and_seen(cast: Cast,
         contents, body = contents_of(others, pieces), others.body
         judge = fit_observer(others.fragments, body, BY_PATHS)
         own = [f for f, who in zip(cast.database.fragments, cast.performer) if who == name]
+        poses = without_habits([f.angles for f in own], [name] * len(own))
         done = _done(pieces, cuts, truth)
         peak = peak_acceleration(phrase, body)
         for _ in range(trials):
@@ -71,8 +73,9 @@ def asked_and_seen(cast: Cast,
                 at = np.cumsum([0, *(f.frames for f in chosen)]).tolist()
                 made[way] = join(chosen, body), tuple(at)
             row = {way: {"seen": observed_style(f, at, contents, judge),
-                         "kept": np.mean([_looks_like(f.angles[a:b], own) == word
-                                          for a, b, word in zip(at, at[1:], done)]),
+                         "kept": np.mean([own[_nearest_pose(x, poses)].content == word for x, word
+                                          in zip(np.split(f.angles - f.angles.mean(axis=0),
+                                                          at[1:-1]), done)]),
                          **_played(f, at, body, peak)} for way, (f, at) in made.items()}
             row["style 0"] = {"seen": np.zeros(3)}
             rows.append((name, target, row))
@@ -87,11 +90,10 @@ def _done(pieces: Sequence[Piece], cuts, truth):
     return [names[counts.argmax()] for names, counts in found]
 
 
-def _looks_like(angles, own):
-    """The content of the fragment that some angles are nearest to, mean poses taken out."""
-    x = angles - angles.mean(axis=0)
-    far = pair_costs([(x, f.angles - f.angles.mean(axis=0)) for f in own])
-    return own[int(np.argmin(far / [len(x) + f.frames for f in own]))].content
+def _nearest_pose(angles, sequences):
+    """Which of some sequences is nearest, by SSD a frame."""
+    far = pair_costs([(angles, x) for x in sequences])
+    return int(np.argmin(far / [len(angles) + len(x) for x in sequences]))
 
 
 def _played(fragment: Fragment, at: Sequence[int], body: Body, peak: float) -> dict[str, float]:
