@@ -23,8 +23,9 @@ from .align import AlignError, dtw, pair_costs
 from .segment import Piece, segment
 
 RIDGE, PAIRS = 0.1, 30                  # of the mean diagonal; of each content, looked at
+PHRASE = 0.5                            # of the contents' lengths: from here on a phrase
 ROUNDS = 1                              # of finding a habit and cutting anew
-BEYOND_OWN = 1.5                        # times as far as a fragment lies from its own content
+LIKE = 90                               # percentile of how far fragments lie from their own content
 SWALLOWED = 0.5                         # share of all in one group that is warned of
 
 
@@ -46,43 +47,34 @@ class Contents:
     def cut(self, angles: np.ndarray, rounds: int = ROUNDS) -> tuple[float, list[Piece]]:
         """Equations 8 to 11 of a motion by one performer, seen as the sequences are.
 
-        Its habit is not known. Two guesses: the mean of the performers', and the motion's own mean
-        pose, which holds for a phrase of all actions but makes a single one vanish. From each, what
-        is left between the motion and the fragments that it matches is taken out in `rounds`; of
-        the two cuts that one is taken whose habit is the more usual among the performers'.
-        ->  as `segment.segment`
+        Its habit is guessed at first: the motion's own mean pose, where it is long enough for half
+        of the contents there are; that of a few actions would take away what they are, and the mean
+        of the performers' habits is taken. Then what is left between the motion and the fragments
+        that it matches is taken out, too, in `rounds`.   ->  as `segment.segment`
         """
         raw = angles @ self.whitening
-        found = [self._cut(raw, guess, rounds) for guess in (self.habits.mean(axis=0),
-                                                             raw.mean(axis=0))]
-        return min(found, key=lambda cut: self._unusual(cut[0]))[1:]
-
-    def _cut(self, raw, habit, rounds):
-        """->  the habit at last, cost, pieces"""
-        cost, pieces = segment(raw - habit, self.sequences)
+        lengths = [np.mean([len(x) for x, name in zip(self.sequences, self.names) if name == content])
+                   for content in set(self.names)]
+        seen = raw - (raw if len(raw) >= PHRASE * sum(lengths) else self.habits).mean(axis=0)
+        cost, pieces = segment(seen, self.sequences)
         for _ in range(rounds):
             left = []
             for piece in pieces:
-                Y, X = raw[piece.start:piece.end] - habit, self.sequences[piece.fragment]
+                Y, X = seen[piece.start:piece.end], self.sequences[piece.fragment]
                 p, q = dtw(Y, X)[1].T
                 left.append((piece.end - piece.start) * (Y[p] - X[q]).mean(axis=0))
-            habit = habit + np.sum(left, axis=0) / len(raw)
-            cost, pieces = segment(raw - habit, self.sequences)
-        return habit, cost, pieces
-
-    def _unusual(self, habit):
-        """How far a habit is from the performers' mean, by their covariance (Mahalanobis)."""
-        x, apart = habit - self.habits.mean(axis=0), self.habits - self.habits.mean(axis=0)
-        return x @ np.linalg.solve(_ridged(apart.T @ apart / len(apart)), x)
+            seen = seen - np.sum(left, axis=0) / len(seen)
+            cost, pieces = segment(seen, self.sequences)
+        return cost, pieces
 
     def like(self, piece: Piece) -> float:
-        """How far a piece lies from the fragment that it matches, beside `BEYOND_OWN` times
-        the farthest that a fragment lies from its own content: above 1 it is like nothing there.
+        """How far a piece lies from the fragment that it matches, beside the `LIKE`th percentile of
+        how far fragments lie from their own content: above 1 it is like nothing there.
         """
         if not len(self.own):
             return float("nan")                              # nobody did anything twice
         far = piece.cost / (piece.end - piece.start)
-        return far / max(BEYOND_OWN * float(self.own.max()), 1e-12)
+        return far / max(float(np.percentile(self.own, LIKE)), 1e-12)
 
 
 def habits_of(sequences: Sequence[np.ndarray], performer: Sequence[str]) -> dict[str, np.ndarray]:
@@ -105,11 +97,6 @@ def without_habits(sequences: Sequence[np.ndarray], performer: Sequence[str]) ->
     return [x - of[by] for x, by in zip(sequences, performer)]
 
 
-def _ridged(S):
-    """A covariance that can be inverted, by a ridge of a tenth of its mean diagonal."""
-    return S + (RIDGE * np.trace(S) / len(S) + 1e-12) * np.eye(len(S))
-
-
 def whitening(sequences: Sequence[np.ndarray], names: Sequence[str], pairs: int = PAIRS,
               seed: int = 0) -> np.ndarray:
     """S^(-1/2) of the residuals within contents, of the mean size that leaves SSD's scale.
@@ -129,7 +116,7 @@ def whitening(sequences: Sequence[np.ndarray], names: Sequence[str], pairs: int 
         raise AlignError("names: found no content twice, needed two of one to know what differs "
                          "within it")
     S = sum(r.T @ r for r in residuals) / len(residuals)
-    values, vectors = np.linalg.eigh(_ridged(S))
+    values, vectors = np.linalg.eigh(S + (RIDGE * np.trace(S) / len(S) + 1e-12) * np.eye(len(S)))
     return (vectors / np.sqrt(values)) @ vectors.T * np.sqrt(np.trace(S) / len(S) + 1e-12)
 
 
