@@ -23,9 +23,9 @@ from .align import AlignError, dtw, pair_costs
 from .segment import Piece, segment
 
 RIDGE, PAIRS = 0.1, 30                  # of the mean diagonal; of each content, looked at
+BEYOND_OWN = 1.3                        # times as far as nearly all lie from their own content
 PHRASE = 0.5                            # of the contents' lengths: from here on a phrase
 ROUNDS = 1                              # of finding a habit and cutting anew
-LIKE = 90                               # percentile of how far fragments lie from their own content
 SWALLOWED = 0.5                         # share of all in one group that is warned of
 
 
@@ -53,9 +53,8 @@ class Contents:
         that it matches is taken out, too, in `rounds`.   ->  as `segment.segment`
         """
         raw = angles @ self.whitening
-        lengths = [np.mean([len(x) for x, name in zip(self.sequences, self.names) if name == content])
-                   for content in set(self.names)]
-        seen = raw - (raw if len(raw) >= PHRASE * sum(lengths) else self.habits).mean(axis=0)
+        usual = sum(len(x) / self.names.count(name) for x, name in zip(self.sequences, self.names))
+        seen = raw - (raw if len(raw) >= PHRASE * usual else self.habits).mean(axis=0)
         cost, pieces = segment(seen, self.sequences)
         for _ in range(rounds):
             left = []
@@ -68,13 +67,14 @@ class Contents:
         return cost, pieces
 
     def like(self, piece: Piece) -> float:
-        """How far a piece lies from the fragment that it matches, beside the `LIKE`th percentile of
-        how far fragments lie from their own content: above 1 it is like nothing there.
+        """How far a piece lies from the fragment that it matches, beside `BEYOND_OWN` times the
+        90th percentile of how far fragments lie from their own content: above 1 it is like nothing
+        there.
         """
         if not len(self.own):
             return float("nan")                              # nobody did anything twice
         far = piece.cost / (piece.end - piece.start)
-        return far / max(float(np.percentile(self.own, LIKE)), 1e-12)
+        return far / max(BEYOND_OWN * float(np.percentile(self.own, 90)), 1e-12)
 
 
 def habits_of(sequences: Sequence[np.ndarray], performer: Sequence[str]) -> dict[str, np.ndarray]:
