@@ -124,7 +124,8 @@ def _add(path, report):
 
 def _measured(cast, arguments):
     """The tables that are asked for, printed as they come.   ->  {table: {row: {column: value}}}"""
-    database, seed, found = learning.remembered(cast.database), arguments.seed, {}
+    database, seed = learning.remembered(cast.database), arguments.seed
+    found: dict[str, Any] = {}
     trained = cache(lambda: train(database, seed=seed))
 
     def _blends():

@@ -157,7 +157,7 @@ def three_way(database: Database, *, trials: int = 60, seed: int = 0) -> dict[st
     pops: dict[str, list[bool]] = {}
     for _ in range(trials):
         some = rng.choice(able[rng.integers(len(able))], 3, replace=False)
-        two = database.blend(*some[:2], 0.5)
+        two = database.blend(some[0], some[1], 0.5)
         three = database.between(two, database.fragments[some[2]], 1 / 3, database.body)
         for row, made, parents in (("blends of two", two, some[:2]),
                                    ("blends of three", three, some)):
