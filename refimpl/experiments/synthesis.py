@@ -22,12 +22,12 @@ from ..torresani2006.synthesise import contents_of, observed_style, restyle
 from .phrases import newcomer
 from .torresani import Cast
 
-FEW = 4                                 # neighbours, where 7.2's choice of them is to matter
+NARROW = 4                                 # neighbours, where 7.2's choice of them is to matter
 AT_A_SEAM = 0.2                         # seconds on either side of it
-WAYS: dict[str, dict[str, Any]] = {     # options of `restyle`; equation 12 alone first
+CHOOSING: dict[str, dict[str, Any]] = {     # options of `restyle`; equation 12 alone first
     "equation 12": {"looks": 1},
-    f"{FEW} neighbours of the match (7.2)": {"looks": 1, "count": FEW},
-    f"{FEW} neighbours of the piece": {"looks": 1, "count": FEW, "by_piece": True},
+    f"{NARROW} neighbours of the match (7.2)": {"looks": 1, "count": NARROW},
+    f"{NARROW} neighbours of the piece": {"looks": 1, "count": NARROW, "by_piece": True},
     "one persona": {"looks": 1, "persona": True},
     "best seen of 8": {"looks": 8}}
 
@@ -65,7 +65,7 @@ def asked_and_seen(cast: Cast,
         for _ in range(trials):
             target = _beyond(others.styles, rng)
             made = {"the input": (phrase, (0, *(piece.end for piece in pieces)))}
-            for way, options in WAYS.items():
+            for way, options in CHOOSING.items():
                 one = restyle(phrase, pieces, others, model, pca, target, **options)
                 made[way] = one.fragment, one.cuts
             for way, chosen in (("random fragments", _random(others, contents, rng)),

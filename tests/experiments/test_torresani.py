@@ -30,7 +30,7 @@ def test_experiment_command(tmp_path, capsys, monkeypatch):
     assert all(set(regress.MODELS) < set(rows) for rows in report["table 1"].values())
     assert report["phrases"]["newcomers, habits out, whitened"]["contents"] == 1.0
     rows = report["synthesis"]
-    assert set(synthesis.WAYS) | {"the input", "style 0", "random fragments",
+    assert set(synthesis.CHOOSING) | {"the input", "style 0", "random fragments",
                                   "nearest fragments"} == set(rows)
     assert rows["the input"]["nearer"][0] == 0 and rows["the input"]["kept"] == 1
     assert rows["the input"]["peak"] == 1 and "r" not in rows["style 0"]
