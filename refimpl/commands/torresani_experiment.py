@@ -2,11 +2,12 @@
 
 import argparse
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
+import json
 from pathlib import Path
 from typing import Any
 
-from ..experiments import learning, phrases, sheets
+from ..experiments import learning, phrases, sheets, synthesis
 from ..experiments import torresani as experiment
 from ..embedded import performers
 from ..motion.bvh import write_bvh
@@ -19,7 +20,8 @@ from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_al
                       write_json)
 from .progress import Progress, table
 
-TABLES = ("blends", "table 1", "contents", "newcomers", "synthesis", "more")
+TABLES = ("blends", "table 1", "contents", "phrases", "synthesis", "three fragments",
+          "learning curve", "support vectors", "M", "figure 1")
 
 
 def add_command(papers: Any) -> None:
@@ -58,6 +60,8 @@ def add_command(papers: Any) -> None:
                          "no more (FOLDER, --blends and --seed as they were for --export-blends)")
     command.add_argument("--json", metavar="FILE", type=OutputPath,
                          help="write the tables as JSON (default: report.json in --out)")
+    command.add_argument("--into", metavar="FILE", type=OutputPath,
+                         help="put them among the tables of other clips that FILE holds, too")
     command.set_defaults(run=run, also_writes=lambda a: there_already(a.out, [
         "figure_1.csv", "figure_1_1.png", "figure_1_2.png", "figure_1_3.png", "report.json",
         "phrase.bvh"]))
@@ -98,66 +102,91 @@ def run(arguments: argparse.Namespace) -> None:
               "fragments": len(database.fragments), "performers": len(set(cast.performer)),
               **_measured(cast, arguments)}
     write_json(arguments.json or arguments.out / "report.json", report)
-    model, projection = train(database, seed=seed)
-    _figure_1(arguments.out, database, experiment.figure_1(database, model, projection, seed=seed))
-    write_bvh(arguments.out / "phrase.bvh", performers.perform(tuple(performers.ACTIONS), 99).clip)
-    print(f"{arguments.out}: figure_1.csv, figure_1_1.png to _3.png, report.json, and phrase.bvh, "
-          "five actions by an embedded performer to try `segment` and `synthesise` with")
+    if arguments.into:
+        _add(arguments.into, report)
+    if "figure 1" in arguments.only:
+        write_bvh(arguments.out / "phrase.bvh",
+                  performers.perform(tuple(performers.ACTIONS), 99).clip)
+        print(f"{arguments.out}: figure_1.csv, figure_1_1.png to _3.png, and phrase.bvh, five "
+              "actions by an embedded performer to try `segment` and `synthesise` with")
+
+
+def _add(path, report):
+    """Put tables among those of the same clips in a file of several clips' tables."""
+    try:
+        known = json.loads(Path(path).read_text()) if Path(path).is_file() else {}
+        known[report["data"]] = known.get(report["data"], {}) | report
+    except (ValueError, TypeError, AttributeError):
+        raise ValueError(f"{path}: found no tables that --into wrote, needed such a file, or none; "
+                         "give another name") from None
+    write_json(path, known)
 
 
 def _measured(cast, arguments):
-    """The tables that are asked for, printed as they come.   ->  what report.json holds of them"""
-    database, seed = cast.database, arguments.seed
+    """The tables that are asked for, printed as they come.   ->  {table: {row: {column: value}}}"""
+    database, seed = learning.remembered(cast.database), arguments.seed
     found: dict[str, Any] = {}
-    if "blends" in arguments.only:
-        found["blends"] = experiment.blends_that_pop(
-            database, 1000, seed=seed, report=Progress(1000, "blend").step)
-        _told("blends above twice the larger parent's acceleration", found["blends"])
-    if "table 1" in arguments.only:
-        found["table 1"] = {}
-        for sight in (BY_SWINGS, BY_PATHS):
-            own = database_of([replace(f, style=None) for f in database.fragments], database.body,
-                              sight=sight)
-            errors = learning.table_1(
-                learning.drawn(own), arguments.draws, arguments.splits, seed=seed,
-                report=Progress(arguments.draws, f"draw, labels by {sight.name}").step)
-            found["table 1"][sight.name] = learning.over_draws(errors)
-            print(f"Table 1, labels by the observer of {sight.name}: error and spread over draws")
-            print("\n".join(table(learning.table_rows(found["table 1"][sight.name]))))
-    if "contents" in arguments.only:
-        found["contents"] = phrases.contents_found(cast)
-        for way, row in found["contents"].items():
-            _told(f"contents by {way}", row)
-    if "newcomers" in arguments.only:
-        found["known"] = phrases.cut_again(database, seed=seed)
-        for way, habits in (("as printed", True), ("habits out, whitened", False)):
-            found[f"newcomers {way}"] = phrases.cut_newcomers(
+    trained = cache(lambda: train(database, seed=seed))
+
+    def _blends():
+        return {"": experiment.blends_that_pop(database, 1000, seed=seed,
+                                               report=Progress(1000, "blend").step)}
+
+    def _phrases():
+        rows = {"known fragments": phrases.cut_again(database, seed=seed)}
+        for way, habits in (("newcomers, as printed", True),
+                            ("newcomers, habits out, whitened", False)):
+            rows[way] = phrases.cut_newcomers(
                 cast, orders=arguments.orders, habits=habits, seed=seed,
                 report=Progress(len(set(cast.performer)), "newcomer").step)
-            _told(f"newcomers, {way}", found[f"newcomers {way}"])
-    if "synthesis" in arguments.only:
-        found["synthesis"] = phrases.asked_and_seen(
+        return rows
+
+    def _synthesis():
+        return synthesis.asked_and_seen(
             cast, lambda others: train(others, blends=learning.PAPER_BLENDS, seed=seed),
             trials=arguments.trials, seed=seed,
             report=Progress(len(set(cast.performer)), "performer").step)
-        print(f"phrases with the right contents: {found['synthesis']['contents']:.0%}")
-        for way, row in found["synthesis"].items():
-            if way != "contents":
-                _told(way, row)
-    if "more" in arguments.only:
-        found["three fragments"] = experiment.three_way(database, seed=seed)
-        found["learning curve"] = learning.learning_curve(
-            database, seed=seed, report=Progress(2, "draw of 600").step)
-        found["M"] = learning.samples_tried(database, *train(database, seed=seed), seed=seed)
-        for name in ("three fragments", "M"):
-            _told(name, found[name])
+    made = {"blends": _blends, "contents": lambda: phrases.contents_found(cast),
+            "phrases": _phrases, "synthesis": _synthesis,
+            "three fragments": lambda: experiment.three_way(database, seed=seed),
+            "learning curve": lambda: learning.learning_curve(
+                database, seed=seed, report=Progress(1200, "blend").step),
+            "support vectors": lambda: learning.support_vectors(learning.drawn(database),
+                                                                seed=seed),
+            "M": lambda: learning.samples_tried(database, *trained(), seed=seed)}
+    if "table 1" in arguments.only:
+        found["table 1"] = {}
+        for labels, own in _labelled(cast, database):
+            errors = learning.table_1(
+                learning.drawn(own), arguments.draws, arguments.splits, seed=seed,
+                report=Progress(arguments.draws, f"draw, {labels}").step)
+            found["table 1"][labels] = learning.over_draws(errors)
+            print(f"Table 1, {labels}: error and spread over draws")
+            print("\n".join(table(learning.table_rows(found["table 1"][labels]))))
+    for name in arguments.only:
+        if name in made:
+            found[name] = {row: {word: round(x, 3) if isinstance(x, float) else x
+                                 for word, x in values.items()}
+                           for row, values in made[name]().items()}
+            print("\n".join(f"{name}, {row or 'all'}: " + ", ".join(
+                f"{word} {x}" for word, x in values.items())
+                for row, values in found[name].items()))
+    if "figure 1" in arguments.only:
+        _figure_1(arguments.out, database, experiment.figure_1(database, *trained(), seed=seed))
     return found
 
 
-def _told(name, row):
-    print(f"{name}: " + ", ".join(
-        f"{word} {' '.join(f'{x:.2f}' for x in value)}" if isinstance(value, list) else
-        f"{word} {value:.3g}" for word, value in row.items()))
+def _labelled(cast, database):
+    """Databases of the same fragments with labels by both observers; and, where the performers'
+    efforts are known, with these, its blends labelled by the observer of swings."""
+    for sight in (BY_SWINGS, BY_PATHS):
+        yield f"labels by the observer of {sight.name}", replace(database_of(
+            [replace(f, style=None) for f in database.fragments], database.body, sight=sight),
+            between=database.between)
+    if cast.efforts is not None:
+        yield "fragments' efforts known, blends labelled by the observer of swings", replace(
+            database, fragments=tuple(replace(f, style=e) for f, e in zip(
+                database.fragments, cast.efforts)))
 
 
 def _write_csv(path, rows):

@@ -8,6 +8,7 @@ mean. The spread is the standard error over draws of blends, each the mean of it
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ PAPER_TABLE_1 = {                                                # Table 1: flow
     "linear interpolation": (0.65, 0.97, 1.01), "linear ridge": (1.03, 1.04, 1.01),
     "kernel ridge": (0.50, 0.39, 0.60), "support vector": (0.48, 0.48, 0.61)}
 LEARNT = ("linear ridge", "kernel ridge", "support vector")
-SIZES = (85, 200, 400)                     # of examples learnt from, in the learning curve
+SIZES = (85, 200, 400, 1000)                     # of examples learnt from, in the learning curve
 
 
 def swapped(Z: np.ndarray) -> np.ndarray:
@@ -100,6 +101,18 @@ def drawn(database: Database, blends: int = PAPER_BLENDS
     return _draw
 
 
+def remembered(database: Database) -> Database:
+    """The same database, which makes a blend only once, however often it is labelled."""
+    made: dict[tuple[str, str, float], Any] = {}
+
+    def _between(a, b, alpha, body):
+        key = a.name, b.name, float(alpha)
+        if key not in made:
+            made[key] = database.between(a, b, alpha, body)
+        return made[key]
+    return replace(database, between=_between)
+
+
 def over_draws(errors: Mapping[str, np.ndarray]) -> dict[str, dict[str, list[float]]]:
     """Of `table_1`: mean, standard error and R2 of every row, rounded to three digits.
 
@@ -131,40 +144,68 @@ def table_rows(found: Mapping[str, Mapping[str, list[float]]]) -> list[list[str]
     return rows
 
 
-def learning_curve(database: Database, *, sizes: tuple[int, ...] = SIZES, draws: int = 2,
+def learning_curve(database: Database, *, sizes: tuple[int, ...] = SIZES, draws: int = 3,
                    seed: int = 0, report: Callable[[str], None] = lambda text: None
-                   ) -> dict[str, Any]:
-    """Errors, mean of the three efforts, of the affine line and kernel ridge with ever more blends
-    to learn from, tried on 200 others; and the share of support vectors among 85 examples.
+                   ) -> dict[str, dict[str, list[float]]]:
+    """Errors, mean of the three efforts, with ever more blends to learn from, tried on 200 others:
+    one pool of blends, dealt anew `draws` times.
+
+    ->  {size: {row: mean and standard error over the deals}}
     """
-    rows: dict[str, Any] = {str(size): {} for size in sizes}
-    shares = []
+    rng, found = np.random.default_rng([seed, 17]), {}
+    made = random_blends(database, max(sizes) + 200, rng, lambda done: report(""))
+    Z, Y = inputs_of(database, made), made.styles
+    deals = [rng.permutation(len(Z)) for _ in range(draws)]
+    for size in sizes:
+        errors = []
+        for deal in deals:
+            known, new = deal[:size], deal[-200:]
+            said = answers(Z[known], Y[known], Z[new], rng, ("kernel ridge",))
+            errors.append({row: ((said[row] - Y[new]) ** 2).mean() for row in (
+                "mean of the labels", "linear interpolation", "affine", "kernel ridge",
+                "kernel ridge, both orders")})
+        found[str(size)] = {row: _mean([some[row] for some in errors]) for row in errors[0]}
+    return found
+
+
+def support_vectors(draw: Callable[[np.random.Generator], tuple[np.ndarray, np.ndarray]],
+                    draws: int = 5, *, training: int = TRAINING, seed: int = 0
+                    ) -> dict[str, dict[str, Any]]:
+    """How sparse support vector regression is: the share of the examples that it keeps, by effort,
+    and its error beside that of a mean."""
+    shares, errors = [], []
     for n in range(draws):
-        rng = np.random.default_rng([seed, 17, n])
-        Z, Y = drawn(database, max(sizes) + 200)(rng)
-        for size in sizes:
-            said = answers(Z[:size], Y[:size], Z[-200:], rng, ("kernel ridge",))
-            for row in ("mean of the labels", "plus a constant", "affine", "kernel ridge",
-                        "kernel ridge, both orders"):
-                rows[str(size)].setdefault(row, []).append(((said[row] - Y[-200:]) ** 2).mean())
-        machine = fit_model("support vector", Z[:TRAINING], Y[:TRAINING], rng)
+        rng = np.random.default_rng([seed, 22, n])
+        Z, Y = draw(rng)
+        machine = fit_model("support vector", Z[:training], Y[:training], rng)
         shares.append((np.abs(machine.weights) > 1e-9).mean(axis=0))
-        report("")
-    return {"error": {size: {row: round(float(np.mean(x)), 3) for row, x in values.items()}
-                      for size, values in rows.items()},
-            "support vectors": np.mean(shares, axis=0).round(2).tolist()}
+        new = Y[training:]
+        errors.append(((predict(machine, Z[training:]) - new) ** 2).mean(axis=0)
+                      / ((Y[:training].mean(axis=0) - new) ** 2).mean(axis=0))
+    return {f"of {training} examples": {
+        "kept": np.mean(shares, axis=0).round(2).tolist(),
+        "error beside the mean's": np.mean(errors, axis=0).round(2).tolist()}}
 
 
 def samples_tried(database: Database, model: Any, pca: Any, *, seed: int = 0,
-                  samples: tuple[int, ...] = (2, 3, 5, 9, 13, 25, 49)) -> dict[str, float]:
-    """How far the prediction of the best pair stays from 20 random styles (equation 12), by M.
+                  samples: tuple[int, ...] = (2, 3, 5, 9, 13, 25, 49)
+                  ) -> dict[str, dict[str, list[float]]]:
+    """How far predictions stay from 20 random styles (equation 12), by M.
 
-    ->  {M: mean of || e - f ||}
+    ->  {M: {"best pair", "all pairs": mean of || e - f || and its standard error}}
     """
     rng = np.random.default_rng([seed, 18])
     members = np.flatnonzero([f.content == database.fragments[0].content
                               for f in database.fragments])
-    targets = rng.uniform(-3, 3, (20, 3))
-    errors = {M: [rank_pairs(database, model, pca, members, target, M)[0].error
-                  for target in targets] for M in samples}
-    return {str(M): round(float(np.mean(x)), 4) for M, x in errors.items()}
+    targets, found = rng.uniform(-3, 3, (20, 3)), {}
+    for M in samples:
+        errors = [[c.error for c in rank_pairs(database, model, pca, members, target, M)]
+                  for target in targets]
+        found[str(M)] = {"best pair": _mean([x[0] for x in errors]),
+                         "all pairs": _mean(np.mean(errors, axis=1))}
+    return found
+
+
+def _mean(x):
+    """Mean and standard error, rounded."""
+    return [round(float(np.mean(x)), 3), round(float(np.std(x, ddof=1) / np.sqrt(len(x))), 3)]

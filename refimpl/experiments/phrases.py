@@ -1,5 +1,5 @@
-"""Experiments of section 8 on contents and phrases: grouping, segmentation of known fragments and
-of newcomers, and whether a style that is asked for is seen by an observer that did not choose.
+"""Experiments of section 8 on contents and phrases: grouping, and segmentation of known fragments
+and of newcomers.
 """
 
 from collections.abc import Callable, Sequence
@@ -8,17 +8,12 @@ from typing import Any
 import numpy as np
 
 from ..torresani2006.align import all_pairs, clusters, read_at, threshold_for
-from ..torresani2006.blend import peak_acceleration
 from ..torresani2006.content import each_once, groups, without_habits
 from ..torresani2006.database import Database, without
-from ..torresani2006.efforts import BY_PATHS
 from ..torresani2006.join import SEAM, join
-from ..torresani2006.observe import LIMIT, fit_observer
-from ..torresani2006.pca import PrincipalComponents
 from ..torresani2006.poses import Fragment
-from ..torresani2006.regress import StyleModel
 from ..torresani2006.segment import segment
-from ..torresani2006.synthesise import contents_of, observed_style, restyle
+from ..torresani2006.synthesise import contents_of
 from .torresani import Cast
 
 CUT_TOLERANCE = 3                               # frames by which a cut may miss its place: 0.1 s
@@ -161,70 +156,3 @@ def contents_found(cast: Cast) -> dict[str, dict[str, float]]:
             "each action once a performer": each_once(far, who)}
     return {way: {"adjusted Rand index": round(adjusted_rand(names, found.tolist()), 3),
                   "largest": int(np.bincount(found).max())} for way, found in ways.items()}
-
-
-def asked_and_seen(cast: Cast,
-                   train: Callable[[Database], tuple[StyleModel, PrincipalComponents]], *,
-                   trials: int = 3, looks: Sequence[int] = (1, 8), seed: int = 0,
-                   report: Callable[[str], None] = lambda name: None) -> dict[str, Any]:
-    """Ask for styles and observe what comes: each performer in turn is the input, all others are
-    the database, and styles are asked for that no fragment of theirs comes nearer to than 1 (the
-    paper's were "considerably different" from the training set's).
-
-    The judge looks at paths, the observer that labels and chooses at swings. Each way beside its
-    nulls: the input as it is, a motion of style 0, a random fragment for each piece, and the
-    fragment whose label is nearest. train : see `database.train`;  trials : of each performer
-    ->  {way: {"nearer": share judged nearer to the target than the input, "error": mean squared
-    error by effort, "peak": median of the largest acceleration beside the input's}}, and
-    "contents": share of phrases whose contents are right, and the share of those that "looks 1"
-    keeps
-    """
-    rng, rows, kept = np.random.default_rng([seed, 15]), [], []
-    for name in dict.fromkeys(cast.performer):
-        phrase, cuts, truth, others = newcomer(cast, name, rng)
-        model, pca = train(others)
-        _, pieces = others.contents().cut(phrase.angles)
-        contents, judge = contents_of(others, pieces), fit_observer(
-            others.fragments, others.body, BY_PATHS)
-        ends, peak = (0, *(piece.end for piece in pieces)), peak_acceleration(phrase, others.body)
-        kept.append(contents == truth)
-        for _ in range(trials):
-            target = _beyond(others.styles, rng)
-            made = {"the input": (phrase, ends)}
-            for n in looks:
-                one = restyle(phrase, pieces, others, model, pca, target, looks=n)
-                made[f"looks {n}"] = one.fragment, one.cuts
-            for way, chosen in (("random fragment", _random(others, contents, rng)),
-                                ("nearest fragment", _nearest(others, contents, target))):
-                at = np.cumsum([0, *(f.frames for f in chosen)]).tolist()
-                made[way] = join(chosen, others.body), tuple(at)
-            seen = {way: observed_style(f, at, contents, judge) for way, (f, at) in made.items()}
-            seen["style 0"] = np.zeros(3)
-            rows.append({way: (np.linalg.norm(e - target), (e - target) ** 2,
-                               peak_acceleration(made[way][0], others.body) / peak
-                               if way in made else np.nan) for way, e in seen.items()})
-        report(name)
-    found: dict[str, Any] = {"contents": float(np.mean(kept))}
-    for way in rows[0]:
-        far, squares, peaks = (np.array([row[way][k] for row in rows]) for k in range(3))
-        given = np.array([row["the input"][0] for row in rows])
-        found[way] = {"nearer": float(np.mean(far < given)), "error": squares.mean(axis=0).tolist(),
-                      "peak": float(np.median(peaks))}
-    return found
-
-
-def _beyond(styles, rng):
-    """A style at least 1 from all that there are, or the farthest of a hundred."""
-    tried = rng.uniform(-LIMIT, LIMIT, (100, 3))
-    away = np.linalg.norm(tried[:, None] - styles, axis=-1).min(axis=1)
-    return tried[np.argmax(away >= 1)] if (away >= 1).any() else tried[away.argmax()]
-
-
-def _random(database, contents, rng):
-    return [database.fragments[rng.choice([n for n, f in enumerate(database.fragments)
-                                           if f.content == content])] for content in contents]
-
-
-def _nearest(database, contents, target):
-    return [min((f for f in database.fragments if f.content == content),
-                key=lambda f: np.linalg.norm(f.style - target)) for content in contents]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..motion.dataset import PATTERN, find_clips, labels_by_pattern
+from ..embedded import performers as embedded
 from ..embedded.sample import BANDAI
 from ..torresani2006.align import HIGHEST, LOWEST
 from ..torresani2006.blend import as_printed, peak_acceleration, steady_blend
@@ -32,11 +33,12 @@ class ExperimentError(ValueError):
 class Cast:
     """A database of every action by every performer.
 
-    performer : (N,) names, one for each fragment.
+    performer : (N,) names, one for each fragment;  efforts : (N, 3) where they are known.
     """
 
     database: Database
     performer: np.ndarray = field(repr=False)
+    efforts: np.ndarray | None = field(default=None, repr=False)
 
 
 def embedded_cast(performers: int = PERFORMERS, sight: Sight = BY_SWINGS) -> Cast:
@@ -46,7 +48,8 @@ def embedded_cast(performers: int = PERFORMERS, sight: Sight = BY_SWINGS) -> Cas
     ['000', '001', '000', '001']
     """
     database = embedded_database(performers, sight=sight)
-    return Cast(database, np.array([f.name.rsplit("_", 1)[1] for f in database.fragments]))
+    who = np.array([f.name.rsplit("_", 1)[1] for f in database.fragments])
+    return Cast(database, who, np.array([embedded.own_effort(int(name)) for name in who]))
 
 
 def folder_cast(folder: str | Path, pattern: str = PATTERN, actions: int = CAST_ACTIONS,
@@ -137,30 +140,37 @@ def figure_1(database: Database, model: StyleModel, pca: PrincipalComponents, *,
     return found
 
 
-def three_way(database: Database, *, trials: int = 40, seed: int = 0) -> dict[str, Any]:
+def three_way(database: Database, *, trials: int = 60, seed: int = 0) -> dict[str, Any]:
     """Three fragments of one content in equal parts (the paper's future work): a blend of a blend,
-    and how far the observer sees it from the mean of the three, beside blends of two.
+    and how far the observer sees it from the mean of the three, beside blends of two, and beside
+    style 0 for both.
 
-    ->  {"two", "three": mean squared error by effort, "pops": share above twice the larger parent's
-    peak acceleration}
+    ->  {row: {"error": mean squared, by effort, "pops": share above twice the larger parent's peak
+    acceleration}}
     """
     rng = np.random.default_rng([seed, 20])
     by: dict[Any, list[int]] = {}
     for n, f in enumerate(database.fragments):
         by.setdefault(f.content, []).append(n)
     able = [members for members in by.values() if len(members) > 2]
-    two, three, pops = [], [], []
+    found: dict[str, list[np.ndarray]] = {}
+    pops: dict[str, list[bool]] = {}
     for _ in range(trials):
-        i, j, k = rng.choice(able[rng.integers(len(able))], 3, replace=False)
-        half = database.blend(i, j, 0.5)
-        third = database.between(half, database.fragments[k], 1 / 3, database.body)
-        e = database.styles
-        two.append((observe(half, database.observer) - (e[i] + e[j]) / 2) ** 2)
-        three.append((observe(third, database.observer) - (e[i] + e[j] + e[k]) / 3) ** 2)
-        pops.append(peak_acceleration(third, database.body) > 2.0 * max(
-            peak_acceleration(database.fragments[n], database.body) for n in (i, j, k)))
-    return {"two": np.mean(two, axis=0).round(3).tolist(),
-            "three": np.mean(three, axis=0).round(3).tolist(), "pops": float(np.mean(pops))}
+        some = rng.choice(able[rng.integers(len(able))], 3, replace=False)
+        two = database.blend(some[0], some[1], 0.5)
+        three = database.between(two, database.fragments[some[2]], 1 / 3, database.body)
+        for row, made, parents in (("blends of two", two, some[:2]),
+                                   ("blends of three", three, some)):
+            seen, larger = observe(made, database.observer), max(
+                peak_acceleration(database.fragments[n], database.body) for n in parents)
+            pops.setdefault(row, []).append(
+                peak_acceleration(made, database.body) > 2.0 * larger * (1 + 1e-9))
+            found.setdefault(row, []).append(
+                (seen - database.styles[parents].mean(axis=0)) ** 2)
+            found.setdefault(f"style 0 for {row}", []).append(seen ** 2)
+    return {row: {"error": np.mean(x, axis=0).round(3).tolist(),
+                  **({"pops": float(np.mean(pops[row]))} if row in pops else {})}
+            for row, x in found.items()}
 
 
 def blends_that_pop(database: Database, count: int = 1000, *, seed: int = 0,

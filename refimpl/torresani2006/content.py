@@ -23,8 +23,9 @@ from .align import AlignError, dtw, pair_costs
 from .segment import Piece, segment
 
 RIDGE, PAIRS = 0.1, 30                  # of the mean diagonal; of each content, looked at
+BEYOND_OWN = 1.3                        # times as far as nearly all lie from their own content
+PHRASE = 0.5                            # of the contents' lengths: from here on a phrase
 ROUNDS = 1                              # of finding a habit and cutting anew
-BEYOND_OWN = 1.5                        # times as far as a fragment lies from its own content
 SWALLOWED = 0.5                         # share of all in one group that is warned of
 
 
@@ -33,20 +34,27 @@ class Contents:
     """A database's fragments as contents are told by.
 
     sequences : without habits, whitened;  names : their contents;  whitening : (D, D);
-    own : (N,) SSD a frame from each to the nearest of its content by another performer.
+    own : (N,) SSD a frame from each to the nearest of its content by another performer;
+    habits : (performers, D) their mean poses, whitened.
     """
 
     sequences: list[np.ndarray] = field(repr=False)
     names: list[str]
     whitening: np.ndarray = field(repr=False)
     own: np.ndarray = field(repr=False)
+    habits: np.ndarray = field(repr=False)
 
     def cut(self, angles: np.ndarray, rounds: int = ROUNDS) -> tuple[float, list[Piece]]:
-        """Equations 8 to 11 of a motion by one performer, seen as the sequences are. The habit is
-        its mean pose at first, which is also that of what is done; then what is left between it and
-        the fragments that it matches, in `rounds`.   ->  as `segment.segment`
+        """Equations 8 to 11 of a motion by one performer, seen as the sequences are.
+
+        Its habit is guessed at first: the motion's own mean pose, where it is long enough for half
+        of the contents there are; that of a few actions would take away what they are, and the mean
+        of the performers' habits is taken. Then what is left between the motion and the fragments
+        that it matches is taken out, too, in `rounds`.   ->  as `segment.segment`
         """
-        seen = (angles - angles.mean(axis=0)) @ self.whitening
+        raw = angles @ self.whitening
+        usual = sum(len(x) / self.names.count(name) for x, name in zip(self.sequences, self.names))
+        seen = raw - (raw if len(raw) >= PHRASE * usual else self.habits).mean(axis=0)
         cost, pieces = segment(seen, self.sequences)
         for _ in range(rounds):
             left = []
@@ -59,28 +67,38 @@ class Contents:
         return cost, pieces
 
     def like(self, piece: Piece) -> float:
-        """How far a piece lies from the fragment that it matches, beside `BEYOND_OWN` times
-        the farthest that a fragment lies from its own content: above 1 it is like nothing there.
+        """How far a piece lies from the fragment that it matches, beside `BEYOND_OWN` times the
+        90th percentile of how far fragments lie from their own content: above 1 it is like nothing
+        there.
         """
         if not len(self.own):
             return float("nan")                              # nobody did anything twice
         far = piece.cost / (piece.end - piece.start)
-        return far / max(BEYOND_OWN * float(self.own.max()), 1e-12)
+        return far / max(BEYOND_OWN * float(np.percentile(self.own, 90)), 1e-12)
+
+
+def habits_of(sequences: Sequence[np.ndarray], performer: Sequence[str]) -> dict[str, np.ndarray]:
+    """The mean pose of all that each performer does.   [(T_i, D)]  ->  {performer: (D,)}
+
+    >>> habits_of([np.array([[1.0]]), np.array([[3.0]])], ["she", "she"])
+    {'she': array([2.])}
+    """
+    return {who: np.concatenate([x for x, by in zip(sequences, performer) if by == who]).mean(
+        axis=0) for who in dict.fromkeys(performer)}
 
 
 def without_habits(sequences: Sequence[np.ndarray], performer: Sequence[str]) -> list[np.ndarray]:
-    """Angles minus the mean pose of all that a performer does.   [(T_i, D)]  ->  the same
+    """Angles minus their performer's habit.   [(T_i, D)]  ->  the same
 
     >>> without_habits([np.array([[1.0]]), np.array([[3.0]])], ["she", "she"])
     [array([[-1.]]), array([[1.]])]
     """
-    of = {who: np.concatenate([x for x, by in zip(sequences, performer) if by == who]).mean(axis=0)
-          for who in dict.fromkeys(performer)}
+    of = habits_of(sequences, performer)
     return [x - of[by] for x, by in zip(sequences, performer)]
 
 
-def whitening(sequences: Sequence[np.ndarray], names: Sequence[str], ridge: float = RIDGE,
-              pairs: int = PAIRS, seed: int = 0) -> np.ndarray:
+def whitening(sequences: Sequence[np.ndarray], names: Sequence[str], pairs: int = PAIRS,
+              seed: int = 0) -> np.ndarray:
     """S^(-1/2) of the residuals within contents, of the mean size that leaves SSD's scale.
 
     names : the contents;  pairs : of each content at most;  seed : of those that are looked at
@@ -98,7 +116,7 @@ def whitening(sequences: Sequence[np.ndarray], names: Sequence[str], ridge: floa
         raise AlignError("names: found no content twice, needed two of one to know what differs "
                          "within it")
     S = sum(r.T @ r for r in residuals) / len(residuals)
-    values, vectors = np.linalg.eigh(S + (ridge * np.trace(S) / len(S) + 1e-12) * np.eye(len(S)))
+    values, vectors = np.linalg.eigh(S + (RIDGE * np.trace(S) / len(S) + 1e-12) * np.eye(len(S)))
     return (vectors / np.sqrt(values)) @ vectors.T * np.sqrt(np.trace(S) / len(S) + 1e-12)
 
 
@@ -117,7 +135,8 @@ def contents_of_names(sequences: Sequence[np.ndarray], names: Sequence[str],
     far[i, j] = far[j, i] = pair_costs([(seen[a], seen[b]) for a, b in zip(i, j)]) / np.maximum(
         *(np.array([len(seen[n]) for n in some]) for some in (i, j)))
     own = far.min(axis=1)
-    return Contents(seen, list(names), W, own[np.isfinite(own)])
+    habits = np.array(list(habits_of(sequences, performer).values())) @ W
+    return Contents(seen, list(names), W, own[np.isfinite(own)], habits)
 
 
 def groups(far: np.ndarray, count: int) -> tuple[np.ndarray, str]:

@@ -15,7 +15,7 @@ from .align import HIGHEST, LOWEST, all_pairs, clusters, threshold_for
 from .blend import smooth
 from .content import Contents, contents_of_names, groups
 from .efforts import BY_SWINGS
-from .labels import joint, read_labels
+from .labels import joint, overlaps, read_labels
 from .observe import Observer, Sight, fit_observer, observe
 from .pca import COMPONENTS, PrincipalComponents, fit_pca, pca_scores
 from .poses import POSE_FPS, Body, Fragment, fit_body, fragment_of
@@ -142,14 +142,22 @@ def read_database(folder: str | Path, *, labels: str | Path | None = None,
                             "they in the file names?")
     body = fit_body(clips.values())
     content = {path: named[path][0] if len(named) >= len(paths) else None for path in paths}
+    by_name = {path.stem: path for path in paths}
+    twice = {path.stem: path for path in paths if by_name[path.stem] != path}
     if labels is None:
+        told = "; ".join(f"{path} and {by_name[name]} have one name; both are fragments"
+                         for name, path in twice.items())
         found = _grouped([fragment_of(clip, body, path.stem, content[path], fps=fps)
-                          for path, clip in clips.items()], body, contents, styles)
+                          for path, clip in clips.items()], body, contents, styles, told)
         return replace(found, performers=tuple(named[path][1] for path in clips)
                        if len(named) >= len(paths) else None)
-    by_name, parts = {path.stem: path for path in paths}, []
-    frames = {path.stem: clip.frames for path, clip in clips.items()}
-    for line in joint(read_labels(labels, frames)):
+    parts, frames = [], {path.stem: clip.frames for path, clip in clips.items()}
+    lines = joint(read_labels(labels, frames))
+    for line in lines:
+        if line.clip in twice:
+            raise DatabaseError(
+                f"{labels}:{line.line}: found {line.clip!r} twice, as {twice[line.clip]} and "
+                f"{by_name[line.clip]}, needed one clip of a name; rename one of them")
         path, stretch = by_name[line.clip], (line.start, line.end)
         known = content[path] if stretch == (0, clips[path].frames) else None
         name = f"{line.clip}[{line.start}:{line.end}]"
@@ -157,19 +165,20 @@ def read_database(folder: str | Path, *, labels: str | Path | None = None,
                                  end=line.end, fps=fps))
     if any(part.content is None for part in parts):
         parts = [replace(part, content=None) for part in parts]
-    return _grouped(parts, body, contents, styles)
+    return _grouped(parts, body, contents, styles, overlaps(lines))
 
 
-def _grouped(fragments, body, contents, styles):
+def _grouped(fragments, body, contents, styles, told):
     """`database_of` with contents by complete linkage of SSD a frame where they are not known, and
-    what is to be warned of."""
+    what is to be warned of, `told` among it."""
     warning = ""
     if any(f.content is None for f in fragments) and len(fragments) > 1:
         lengths = np.array([f.frames for f in fragments])
         far = all_pairs([f.angles for f in fragments]) / (lengths[:, None] + lengths)
         found, warning = groups(far, contents or max(1, round(len(fragments) / 12)))
         fragments = [replace(f, content=f"content {n + 1}") for f, n in zip(fragments, found)]
-    return replace(database_of(fragments, body, styles=styles), warning=warning)
+    return replace(database_of(fragments, body, styles=styles),
+                   warning="; ".join(x for x in (told, warning) if x))
 
 
 def without(database: Database, keep: np.ndarray) -> Database:

@@ -108,6 +108,22 @@ def joint(labels: Sequence[Label]) -> list[Label]:
             for some in found.values()]
 
 
+def overlaps(labels: Sequence[Label]) -> str:
+    """What to warn of where stretches of one clip share frames, or "".
+
+    >>> overlaps([Label("bow", a, b, np.zeros(3), line) for a, b, line in ((0, 9, 2), (5, 12, 3))])
+    "lines 2 and 3: frames 0 to 9 and 5 to 12 of 'bow' overlap, and what they share counts twice"
+    """
+    ordered = sorted(labels, key=lambda x: (x.clip, x.start))
+    found = [(a, b) for a, b in zip(ordered, ordered[1:]) if a.clip == b.clip and b.start < a.end]
+    if not found:
+        return ""
+    a, b = found[0]
+    return (f"lines {a.line} and {b.line}: frames {a.start} to {a.end} and {b.start} to {b.end} of "
+            f"{a.clip!r} overlap, and what they share counts twice"
+            + (f"; {len(found) - 1} more like these" if len(found) > 1 else ""))
+
+
 def agreement(labels: Sequence[Label]) -> dict[str, dict[str, float]]:
     """How far analysts agree, by effort: the mean over pairs of analysts of their correlation, and
     the mean difference by size, over the stretches that both have labelled; nothing for one

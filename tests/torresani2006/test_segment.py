@@ -136,3 +136,18 @@ def test_a_piece_like_nothing_is_said_to_be(cast):
 def test_real_fragments_are_cut_where_they_were_joined(mocap):
     real = experiment.folder_cast(mocap / "bandai1")
     assert phrases.cut_again(real.database, trials=2, length=3)["sequences"] == 1.0
+
+
+def test_one_action_alone_and_a_phrase_of_all():
+    """The mean pose of one action is no habit: without it a raised arm looks like one at rest."""
+    rng = np.random.default_rng(0)
+    places = {"up": [2.0, 0, 0], "rest": [0.0, 0, 0], "down": [-2.0, 0, 0]}
+    habits = 0.3 * rng.normal(size=(5, 3))
+
+    def motion(name, who):
+        return habits[who] + places[name] + 0.1 * np.cumsum(rng.normal(size=(20, 3)), axis=0)
+    known = [(motion(name, who), name, str(who)) for name in places for who in range(4)]
+    view = content.contents_of_names(*zip(*known))
+    alone = [(motion(name, 4), [name]) for name in places]
+    for angles, names in (*alone, (np.concatenate([x for x, _ in alone]), list(places))):
+        assert [view.names[p.fragment] for p in view.cut(angles)[1]] == names

@@ -2,21 +2,18 @@
 
 import argparse
 from dataclasses import replace
-import json
 import re
 
 import numpy as np
 import pytest
 
-from refimpl.commands import torresani, torresani_experiment
+from refimpl.commands import torresani
 from refimpl.motion import bvh
 from refimpl.motion.skeleton import local_pose
 from refimpl.torresani2006 import database as databases
-from refimpl.pictures import player
-from refimpl.experiments import phrases, sheets, torresani as experiment
+from refimpl.experiments import torresani as experiment
 from refimpl.embedded import performers
 from refimpl.torresani2006 import poses, regress, segment, synthesise
-from refimpl.motion.dataset import LabelError
 
 
 @pytest.fixture(scope="module")
@@ -172,6 +169,16 @@ def test_analysts_labels(tmp_path):
     database = databases.read_database(tmp_path, labels=tmp_path / "labels.csv")
     assert database.labelled and len(database.fragments) == 6
     np.testing.assert_array_equal(database.styles[:, 0], [-1, -1, 0, 0, 1, 1])
+    assert not database.warning
+    with open(tmp_path / "labels.csv", "a") as file:
+        file.write("phrase1,10,60,1,1,1\n")
+    told = databases.read_database(tmp_path, labels=tmp_path / "labels.csv", contents=2).warning
+    assert re.match(r"lines 4 and 8: frames 0 to \d+ and 10 to 60 of 'phrase1' overlap", told)
+    (tmp_path / "again").mkdir()
+    bvh.write_bvh(tmp_path / "again" / "phrase1.bvh", made.clip)
+    with pytest.raises(databases.DatabaseError, match="csv:4: found 'phrase1' twice, as .*again"):
+        databases.read_database(tmp_path, labels=tmp_path / "labels.csv")
+    assert "have one name" in databases.read_database(tmp_path, contents=2).warning
 
 
 def test_table_and_curves(trained):
@@ -256,54 +263,3 @@ def test_commands(tmp_path, capsys, trained, monkeypatch):
             command(*words)
         assert (f"argument {next(word for word in words if str(word).startswith('--'))}: found"
                 in capsys.readouterr().err)
-
-
-def test_experiment_command(tmp_path, capsys, monkeypatch):
-    few, cut_again = experiment.embedded_cast(3), phrases.cut_again
-    monkeypatch.setattr(experiment, "embedded_cast", lambda: few)
-    monkeypatch.setattr(phrases, "cut_again", lambda database,
-                        seed: cut_again(database, 2, seed=seed))
-    monkeypatch.setattr(torresani_experiment, "train", lambda database, seed=0, blends=20:
-                        databases.train(database, blends=20, seed=seed))
-    assert command("experiment", "torresani", "--draws", 1, "--splits", 1, "--trials", 1,
-                   "--orders", 1, "--only", "table 1", "contents", "newcomers", "synthesis",
-                   "--out", tmp_path) == 0
-    report = json.loads((tmp_path / "report.json").read_text())
-    assert set(report["table 1"]) == {"swings", "paths"}
-    assert set(regress.MODELS) < set(report["table 1"]["paths"])
-    assert report["newcomers habits out, whitened"]["contents"] == 1.0
-    assert {"the input", "style 0", "random fragment", "nearest fragment", "looks 1", "looks 8",
-            "contents"} == set(report["synthesis"])
-    assert len((tmp_path / "figure_1.csv").read_text().splitlines()) == 1 + 3 * 61
-    assert ((tmp_path / "figure_1_3.png").stat().st_size > 1000
-            and (tmp_path / "phrase.bvh").exists())
-
-
-def test_a_planted_function_comes_back_from_sheets(tmp_path, capsys, monkeypatch):
-    """A simulated analyst who sees the interpolation and one more in weight, with noise of 0.4."""
-    few = experiment.embedded_cast(4)
-    monkeypatch.setattr(experiment, "embedded_cast", lambda: few)
-    monkeypatch.setattr(player, "write_player", lambda path, seen, align:
-                        path.write_text(" ".join(seen)))
-    words = ("experiment", "torresani", "--blends", 60)
-    assert command(*words, "--export-blends", tmp_path) == 0
-    header, *lines = (tmp_path / "sheet.csv").read_text().split()
-    assert header == "clip,start,end,flow,weight,time,analyst" and len(lines) == 80
-    assert len(list((tmp_path / "clips").iterdir())) == 80 and (tmp_path / "index.html").exists()
-    with pytest.raises(LabelError, match="no line below the header with flow"):
-        command(*words, "--labels", tmp_path / "sheet.csv")
-    _, pairs, alpha, names = sheets.motions_of(few.database, 60)
-    e, rng = np.random.default_rng(1).uniform(-1.5, 1.5, (20, 3)), np.random.default_rng(2)
-    line = (1 - alpha[:, None]) * e[pairs[:, 0]] + alpha[:, None] * e[pairs[:, 1]]
-    style = dict(zip(names, np.concatenate([e, line + [0, 1, 0]])))
-    filled = [f"{name},,,{','.join(f'{x:.2f}' for x in np.clip(y, -3, 3))},{who}"
-              for who in ("a", "b") for name in style
-              for y in [style[name] + 0.4 * rng.normal(size=3)]]
-    (tmp_path / "filled.csv").write_text("\n".join([header, *filled]))
-    assert command(*words, "--labels", tmp_path / "filled.csv", "--json", tmp_path / "t.json") == 0
-    told = json.loads((tmp_path / "t.json").read_text())
-    rows = {row: np.array(x["error"]) for row, x in told["table 1"].items()}
-    assert told["analysts"] == ["a", "b"] and told["agreement"]["flow"]["correlation"] > 0.7
-    noise = 0.4 ** 2 / 2                                     # of the mean of two
-    assert (rows["plus a constant"] < 2.5 * noise).all(), rows
-    assert rows["linear interpolation"][1] > 0.8 and rows["mean of the labels"].min() > 3 * noise
