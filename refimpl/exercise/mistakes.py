@@ -19,12 +19,13 @@ from ..gradcheck.contract import copies
 
 
 def explain(mine: Callable[..., Any], right: Callable[..., list], failures: Sequence[Failure],
-            passed: Sequence[tuple] = (), linear: bool = False) -> str:
+            passed: Sequence[tuple] = (), linear: bool = False, brief: bool = False) -> str:
     """What the mistake looks like, in a sentence or two, or "".
 
     mine, right : functions of a case's arguments to a list of arrays;
     passed : the arguments of the cases that did not fail;
-    linear : whether the first argument is an upstream gradient
+    linear : whether the first argument is an upstream gradient;
+    brief : whether only a mistake that gives just these numbers is to be told
 
     >>> dy, x = np.array([1.0, 2.0]), np.array([3.0, 5.0])
     >>> case = Failure(("dy", "x"), (dy, x), [x * dy], [2 * x * dy])
@@ -46,6 +47,8 @@ def explain(mine: Callable[..., Any], right: Callable[..., list], failures: Sequ
     kept = sorted(kept, key=lambda case: sum(np.size(y) for y in case.expected))
     few = [case for case in kept if any(np.any(y) for y in case.expected)][:4] or kept[:4]
     with np.errstate(all="ignore"):
+        if brief:
+            return _form(few) or _rival(right, few, brief)
         where = told_apart(failures[0].names, [case.arguments for case in failures], passed)
         if all(np.asarray(y).dtype == bool and np.size(y) == 1 for y in few[0].expected):
             return where                         # yes or no: nothing to compare
@@ -177,8 +180,9 @@ def _each(change, arrays):
     return changed
 
 
-def _rival(right, failures):
-    """A mistake that gives all the numbers that were found."""
+def _rival(right, failures, brief=False):
+    """A mistake that gives all the numbers that were found, or, unless brief, most of them."""
+    answers: dict[tuple[int, str], Any] = {}     # the right function is asked nothing twice
     def _outputs(case, _):
         for text, arrays in scaled_answers(case, case.expected):
             yield f"Everything is {text}.", arrays
@@ -206,9 +210,15 @@ def _rival(right, failures):
                                       f"{case.names[j]} and {name} were exchanged")
 
     def _asked(case, changed, text):
-        try:
-            arrays = right(*(changed.get(i, x) for i, x in enumerate(copies(case.arguments))))
-        except Exception:                        # the right function is not for these
+        key = id(case), text
+        if key not in answers:
+            try:
+                answers[key] = right(*(changed.get(i, x) for i, x in
+                                       enumerate(copies(case.arguments))))
+            except Exception:                    # the right function is not for these
+                answers[key] = None
+        arrays = answers[key]
+        if arrays is None:
             return
         yield f"It is what would be right if {text}.", arrays
         for more, scaled in scaled_answers(case, arrays):
@@ -217,8 +227,10 @@ def _rival(right, failures):
             yield (f"It is what would be right if {text}, and the result transposed.",
                    [y.swapaxes(-1, -2) for y in arrays])
     several = any(np.size(y) > 2 for case in failures for y in case.expected)
-    return (_common(failures, _outputs) or _common(failures, _inputs)
-            or several and _common(failures, lambda case, _: (
+    exact = _common(failures, _outputs) or _common(failures, _inputs)
+    if exact or brief:
+        return exact
+    return (several and _common(failures, lambda case, _: (
                 (f"Everything is {text}.", arrays) for text, arrays in
                 scaled_answers(case, case.expected, any_factor=True)))
             or _mostly(failures, _outputs) or _mostly(failures, _inputs) or "")

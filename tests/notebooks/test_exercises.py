@@ -8,6 +8,7 @@ those.
 import contextlib
 from functools import lru_cache
 import io
+import linecache
 import os
 from unittest import mock
 
@@ -27,7 +28,8 @@ WRONG = [pytest.param(path, name, id=f"{path.stem[:2]}-{name}") for path in book
 
 
 def run(source, names, where):
-    """Execute a cell.   ->  what it printed"""
+    """Execute a cell, whose text is at hand as in a kernel.   ->  what it printed"""
+    linecache.cache[where] = len(source), None, source.splitlines(keepends=True), where
     with contextlib.redirect_stdout(io.StringIO()) as printed, mock.patch.dict(os.environ):
         exec(compile(source, where, "exec"), names)
     return printed.getvalue()
