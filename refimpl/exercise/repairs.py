@@ -19,7 +19,7 @@ import warnings
 import numpy as np
 
 MOST, FEWEST = 3000, 100      # changes that are tried
-WORK = 1_000_000              # calls that all of them together may take, or about so
+WORK = 500_000                # calls that all of them together may take, or about so
 LINES = 20_000                # that a changed loop may run through before it counts as endless
 _SIGN, _ORDER, _NUMBER = "a sign", "the order of two things", "a number"
 _MUCH = "something stands there that should not"
@@ -66,18 +66,18 @@ def one_change(function: Callable[..., Any], right: Callable[[Callable[..., Any]
     >>> one_change(half, lambda f: f(3) == 7)
     'One change in line 2, `return 2 * x - 1`, makes it right in every case: a sign.'
     """
-    found, calls = _text(function), [1]
-
-    def _count(*_):
-        calls[0] += 1
-    if found is None or _good(function, right, profile=_count):
+    found = _text(function)
+    good, calls = counted(lambda: _good(function, right))
+    if found is None or good:
         return ""                                # nothing to change, or no fault that `right` sees
     tree, main = found
     endless = any(isinstance(node, ast.While) for node in ast.walk(tree))
-    for kind, line in islice(_changes(tree), min(MOST, max(FEWEST, WORK // calls[0]))):
+    for kind, line in islice(_changes(tree), min(MOST, max(FEWEST, WORK // calls))):
         names = dict(function.__globals__)
         try:
-            exec(compile(tree, "<changed>", "exec"), names)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                exec(compile(tree, "<changed>", "exec"), names)
         except Exception:                        # no text of Python
             continue
         if _good(names[main.name], right, endless):
@@ -86,6 +86,25 @@ def one_change(function: Callable[..., Any], right: Callable[[Callable[..., Any]
             where = f"line {line - first + 1}" if line >= first else "a function that it calls"
             return f"One change in {where}, `{shown}`, makes it right in every case: {kind}."
     return ""
+
+
+def counted(work: Callable[[], Any]) -> tuple[Any, int]:
+    """What a piece of work returns, and how many calls it takes: how costly it is, on any machine.
+
+    >>> counted(lambda: max(1, 2))
+    (2, 3)
+    """
+    calls = [1]
+
+    def _count(frame, event, _):
+        calls[0] += event in ("call", "c_call")
+    if sys.getprofile() is not None:             # somebody else is counting
+        return work(), 1000
+    sys.setprofile(_count)
+    try:
+        return work(), calls[0]
+    finally:
+        sys.setprofile(None)
 
 
 def _text(function):
@@ -107,7 +126,7 @@ def _text(function):
     return ast.Module(kept, []), main
 
 
-def _good(function, right, endless=False, profile=None):
+def _good(function, right, endless=False):
     """Whether a function is right, its words and warnings unheard; endless loops are left."""
     count, before = [0], sys.gettrace()
 
@@ -116,22 +135,17 @@ def _good(function, right, endless=False, profile=None):
         if count[0] > LINES:
             raise TimeoutError
         return _trace
-    with contextlib.redirect_stdout(io.StringIO()), warnings.catch_warnings(), np.errstate(
-            all="ignore"):
+    with contextlib.redirect_stdout(io.StringIO()), np.errstate(
+            all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
             if endless:
                 sys.settrace(_trace)
-            if profile:
-                sys.setprofile(profile)
             return right(function)
         except Exception:                        # it crashes
             return False
         finally:
-            if endless:
-                sys.settrace(before)
-            if profile:
-                sys.setprofile(None)
+            sys.settrace(before)
 
 
 def _changes(tree):

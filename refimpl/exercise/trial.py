@@ -17,7 +17,7 @@ import numpy as np
 
 from .answers import Counting, as_array, compared, named_results, taken
 from .mistakes import explain
-from .repairs import one_change
+from .repairs import WORK, counted, one_change
 from .rivals import Failure
 from ..gradcheck import derivative
 from ..gradcheck.contract import changed, copies
@@ -124,10 +124,20 @@ def _told(mine, reference, failures, known, linear, tolerance):
         yield from _drawn(failure)
 
         def _listed(function):
+            left, each = [WORK], [0]
+
             def _answers(*arguments):
+                if not each[0]:
+                    made, each[0] = counted(lambda: _asked(*arguments))
+                    return made
+                left[0] -= each[0]
+                if left[0] < 0:
+                    raise TimeoutError("asked often enough")
+                return _asked(*arguments)
+
+            def _asked(*arguments):
                 with np.errstate(all="ignore"):
-                    expected = named_results(reference(*copies(arguments)))
-                    found = taken(function(*copies(arguments)), expected)
+                    found = taken(function(*copies(arguments)), known[label][1])
                 return [np.asarray(y) for y in found.values()]
             return _answers
         looks = explain(_listed(mine), _listed(reference), values,
