@@ -118,7 +118,6 @@ def _form(failures):
     if all(np.shape(a) == np.shape(b) for case in failures
            for a, b in zip(case.found, case.expected)):
         return ""
-    turned = [list(case.found) for case in failures]
     if _common(failures, lambda case, _: iter([("x", case.expected[::-1])])):
         return "The results are the right ones, in another order."
 
@@ -144,19 +143,16 @@ def _form(failures):
     if text:
         return f"The numbers are right, but {text}." if "missing" not in text else f"{text}."
 
-    def _sums(case):
+    def _sums(case, _):
         for k in range(max(np.ndim(y) for y in case.found)):
             yield (f"It would be right once summed over its {ORDINALS[k]} axis: what is shared "
-                   "collects from all who share it.",
-                   _each(lambda y: np.sum(y, axis=k), case.found))
-    for case in failures:
-        for text, arrays in _sums(case):
-            if same(arrays, case.expected):
-                return text
-    return _wrong_shape(turned, failures)
+                   "collects from all who share it."), [
+                found if same([np.sum(found, axis=k)], [needed]) else needed
+                for found, needed in zip(case.found, case.expected) if np.ndim(found) > k]
+    return _common(failures, _sums) or _wrong_shape(failures)
 
 
-def _wrong_shape(found, failures):
+def _wrong_shape(failures):
     a, b = next((a, b) for case in failures for a, b in zip(case.found, case.expected)
                 if np.shape(a) != np.shape(b))
     if np.ndim(a) > np.ndim(b):
@@ -181,8 +177,7 @@ def _each(change, arrays):
 
 
 def _rival(right, failures, brief=False):
-    """A mistake that gives all the numbers that were found, or, unless brief, most of them."""
-    answers: dict[tuple[int, str], Any] = {}     # the right function is asked nothing twice
+    """A mistake that gives all the numbers that were found."""
     def _outputs(case, _):
         for text, arrays in scaled_answers(case, case.expected):
             yield f"Everything is {text}.", arrays
@@ -210,15 +205,9 @@ def _rival(right, failures, brief=False):
                                       f"{case.names[j]} and {name} were exchanged")
 
     def _asked(case, changed, text):
-        key = id(case), text
-        if key not in answers:
-            try:
-                answers[key] = right(*(changed.get(i, x) for i, x in
-                                       enumerate(copies(case.arguments))))
-            except Exception:                    # the right function is not for these
-                answers[key] = None
-        arrays = answers[key]
-        if arrays is None:
+        try:
+            arrays = right(*(changed.get(i, x) for i, x in enumerate(copies(case.arguments))))
+        except Exception:                        # the right function is not for these
             return
         yield f"It is what would be right if {text}.", arrays
         for more, scaled in scaled_answers(case, arrays):
@@ -230,22 +219,9 @@ def _rival(right, failures, brief=False):
     exact = _common(failures, _outputs) or _common(failures, _inputs)
     if exact or brief:
         return exact
-    return (several and _common(failures, lambda case, _: (
-                (f"Everything is {text}.", arrays) for text, arrays in
-                scaled_answers(case, case.expected, any_factor=True)))
-            or _mostly(failures, _outputs) or _mostly(failures, _inputs) or "")
-
-
-def _mostly(failures, candidates):
-    """What explains at least half of the failures, and two of them."""
-    told: dict[str, int] = {}
-    for case in failures:
-        for text in dict.fromkeys(text for text, arrays in candidates(case, None)
-                                  if same(case.found, arrays)):
-            told[text] = told.get(text, 0) + 1
-    most = max(told, key=lambda text: told[text], default="")
-    enough = most and told[most] >= max(2, len(failures) / 2)
-    return f"In some cases: {most[0].lower()}{most[1:]}" if enough else ""
+    return several and _common(failures, lambda case, _: (
+        (f"Everything is {text}.", arrays) for text, arrays in
+        scaled_answers(case, case.expected, any_factor=True))) or ""
 
 
 def _difference(failures):

@@ -145,7 +145,7 @@ SENTENCES = {
     ],
     "18": [
         ("*Wrong* must be 0", "all(o.grade != 'wrong' for o in outcomes)"),
-        ("while the package's objective walks beside it on the same batches",
+        ("while the package's objective runs beside it on the same batches",
          "np.abs(curve[:40] / beside - 1).max() < 1e-6"),
         ("How near is it to the style",
          "style_distance(steps['result'], [X_style], manifold)"
