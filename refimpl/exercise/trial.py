@@ -71,8 +71,8 @@ def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapp
         arguments = (upstream(f, inputs, 0), *inputs) if f else tuple(inputs)
         known[label] = arguments, _expected(reference, f, arguments, wrt)
         try:
-            judged, message, failure = _values(mine, *known[label], tolerance, most_calls,
-                                               most_products)
+            judged, message, failure = _values(mine, arguments, known[label][1], tolerance,
+                                               most_calls, most_products)
             if not message and f and label in cases:
                 instruments, message = _gradient(mine, f, inputs, wrt)
                 judged = instruments + judged

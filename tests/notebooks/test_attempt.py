@@ -2,6 +2,8 @@
 that notebooks show.
 """
 
+import linecache
+
 import numpy as np
 import pytest
 
@@ -249,3 +251,51 @@ def test_sample_says_the_licence(mocap, monkeypatch):
     monkeypatch.setenv("REFIMPL_MOCAP", str(mocap))
     take, credit = sample.sample_take("walk", seconds=8.0)
     assert len(take.features) >= 480 and "Bandai" in credit and "CC BY-NC" in credit
+
+
+def overwritten(dy, x):
+    found = np.zeros_like(x)
+    for k in range(2):
+        found = dy * x
+    return found
+
+
+def of_all(x):
+    while x.shape[0] > 2:                        # turned round it would not end
+        x = x[1:]
+    return x.sum(axis=0)
+
+
+def test_the_line_and_the_kind_of_a_single_change_are_told(said):
+    printed = said(overwritten, lambda dy, x: 2 * dy * x, {"two": (X, X)})
+    assert "One change in line 4, `found = dy * x`, makes it right in every case: =, +=" in printed
+    rows = {"five": (RNG.normal(size=(5, 3)),), "three": (RNG.normal(size=(3, 3)),)}
+    printed = said(of_all, lambda x: x[-1:].sum(axis=0), rows)
+    assert "line 2, `while x.shape[0] > 2:" in printed and printed.count("One change") == 1
+    assert "One change" not in said(lambda x: x, lambda x: x + 1, rows)          # no text at hand
+
+
+@pytest.mark.parametrize("mine, kind", [
+    ("dy[:, None] - x", "a sign"), ("(dy[:, None] + x).sum(axis=1)", "something stands there"),
+    ("(dy[:, None] + x) / 2", "something stands there"), ("dy[:, None] + x[::-1]", "an index"),
+    ("dy[:, None] + x.T.T * 3", "something stands there"), ("dy + x", "an axis of length 1"),
+    ("dy[:, None] + np.roll(x, 1)", "something stands there"), ("dy[:, None] + x ** 2", "something stands there"),
+    ("dy[:, None] + x + dy.mean()", "something stands there")])
+def test_kinds_of_a_change(said, mine, kind):
+    names = {"np": np}
+    text = f"def mine(dy, x):\n    return {mine}\n"
+    linecache.cache["<a cell>"] = len(text), None, text.splitlines(keepends=True), "<a cell>"
+    exec(compile(text, "<a cell>", "exec"), names)
+    printed = said(names["mine"], lambda dy, x: dy[:, None] + x,
+                   {"four": (RNG.normal(size=4), RNG.normal(size=(4, 3)))})
+    assert f"makes it right in every case: {kind}" in printed
+
+
+def test_a_costly_right_function_is_not_asked_for_ever(said):
+    asked = []
+
+    def costly(x):
+        asked.append(max(max(0, n) for n in range(20000)))
+        return 3 * x
+    said(lambda x: x * x, costly, {"one": (X,), "another": (X[0],)})
+    assert len(asked) < 40
