@@ -9,6 +9,7 @@ import copy
 
 Change = tuple[str, ast.AST | list]              # its kind, and the node or statements put there
 _SIGN, _ORDER, _NUMBER = "a sign", "the order of two things", "a number"
+_BRACKET = "where a bracket closes"
 _MUCH = "something stands there that should not"
 _OPERATORS: dict[type, tuple[str, str, str]] = {
     ast.Add: ("+", "-", _SIGN), ast.Sub: ("-", "+", _SIGN), ast.Pow: ("**", "*", "a power"),
@@ -42,7 +43,8 @@ _MISSING = {_SIGN: ("-({})",), "a factor is missing": ("({}) * 2", "({}) / 2"),
             "another kind of number": ("({}).astype(float)", "({}).astype(int)")}
 _WITH = {"a factor is missing": ("({}) * {}", "({}) * ({} > 0)", "({}) * len({})", "({}) * {}.size",
                                  "({}) / {}", "({}) / len({})", "({}) / {}.size",
-                                 "({}) / {}[0].size", "({}) * {}[:, None, None]"),
+                                 "({}) / {}[0].size", "({}) * {}[:, None, None]",
+                                 "({}) * (1 - {})"),
          "a term is missing": ("({}) + {}", "({}) - {}")}
 
 
@@ -61,16 +63,36 @@ def changes(tree: ast.Module) -> Iterator[tuple[str, int]]:
     known = [*names, *dict.fromkeys(repr(node.value) for node in ast.walk(tree) if isinstance(
         node, ast.Constant) and isinstance(node.value, float))]
     slots = [slot for function in tree.body for slot in _slots(function)]
-    for make in (_small, _statements, _names, _missing, _with):
-        for holder, field, index, node, where in slots:
-            for kind, new in make(node, where, known if make is _with else names):
-                kept, put = getattr(holder, field), new if isinstance(new, list) else [new]
-                setattr(holder, field, new if index is None else
-                        [*kept[:index], *put, *kept[index + 1:]])
+    alike: dict[str, list] = {}
+    for slot in slots:
+        if isinstance(slot[3], ast.expr) and not isinstance(slot[3], ast.Constant):
+            alike.setdefault(ast.unparse(slot[3]), []).append(slot)
+    several = [group for group in alike.values() if len(group) > 1]
+    for make, groups in ((_small, [[slot] for slot in slots]), (_statements, [[s] for s in slots]),
+                         (_names, [[slot] for slot in slots]), (_small, several),
+                         (_missing, [[slot] for slot in slots]), (_names, several),
+                         (_with, [[slot] for slot in slots]), (_missing, several)):
+        for group in groups:
+            _, _, _, node, where = group[0]
+            for kind, new in _parsed(make(node, where, known if make is _with else names)):
+                put = new if isinstance(new, list) else [new]
+                before = [(holder, field, getattr(holder, field)) for holder, field, *_ in group]
+                for holder, field, index, *_ in group:
+                    now = getattr(holder, field)
+                    setattr(holder, field, new if index is None else
+                            [*now[:index], *put, *now[index + 1:]])
                 for part in put:
                     ast.fix_missing_locations(part)
-                yield kind, node.lineno
-                setattr(holder, field, kept)
+                yield kind + " (everywhere)" * (len(group) > 1), node.lineno
+                for holder, field, kept in reversed(before):
+                    setattr(holder, field, kept)
+
+
+def _parsed(made):
+    try:
+        yield from made
+    except SyntaxError:                          # what stands there cannot stand in another text
+        return
 
 
 def _slots(node, where=""):
@@ -106,6 +128,9 @@ def _operation(node, where):
     if sign and sign not in "+*":
         yield _SIGN if sign == "-" else _ORDER, f"({right}) {sign} ({left})"
     yield from ((where or _MUCH, part) for part in (node.left, node.right))
+    if sign and isinstance(node.left, ast.Call) and len(node.left.args) == 1:
+        inner = ast.unparse(node.left.args[0])
+        yield _BRACKET, f"{ast.unparse(node.left.func)}(({inner}) {sign} ({right}))"
 
 
 def _comparison(node, where):
@@ -171,6 +196,11 @@ def _call(node, where):
     yield from ((_MUCH, part) for part in given)
     if isinstance(node.func, ast.Attribute):
         yield _MUCH, node.func.value
+    if len(given) == 1 and isinstance(given[0], ast.BinOp) and type(given[0].op) in _OPERATORS:
+        name, sign = ast.unparse(node.func), _OPERATORS[type(given[0].op)][0]
+        left, right = ast.unparse(given[0].left), ast.unparse(given[0].right)
+        yield _BRACKET, f"{name}({left}) {sign} ({right})"
+        yield _BRACKET, f"({left}) {sign} {name}({right})"
     for i in range(len(given) - 1):
         swapped = [*given[:i], given[i + 1], given[i], *given[i + 2:]]
         yield _ORDER, ast.Call(node.func, swapped, options)
@@ -241,6 +271,11 @@ def _with(node, where, names):
     if isinstance(node, ast.Call) and node.args:
         for kind, new in _more(node.args[0], names):
             yield kind, ast.Call(node.func, [new, *node.args[1:]], node.keywords)
+    elif isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)):
+        for kind, new in _more(node.left, names):
+            yield kind, ast.BinOp(new, node.op, node.right)
+        for kind, new in _more(node.right, names):
+            yield kind, ast.BinOp(node.left, node.op, new)
     elif isinstance(node, (ast.Assign, ast.AugAssign, ast.Return)) and node.value is not None:
         parts = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
         for i, part in enumerate(parts):

@@ -2,6 +2,7 @@
 that notebooks show.
 """
 
+import inspect
 import linecache
 
 import numpy as np
@@ -39,7 +40,7 @@ def said(capsys):
     def _said(mine, own, cases, **options):
         goes_on = attempt(mine, own, cases, **options)
         printed = capsys.readouterr().out
-        assert goes_on is (mine if printed.endswith("passed\n") else own)
+        assert inspect.unwrap(goes_on) is (mine if printed.endswith("passed\n") else own)
         assert ("wrong: " in printed) + printed.startswith("open: ") == (goes_on is own)
         return printed
     return _said
@@ -103,6 +104,8 @@ def test_a_list_does_for_an_array(about_filters, said):
     assert "passed" in about_filters(lambda *a: filters(*a).tolist())
     assert "passed" in about_filters(lambda *a: (filters(*a),))
     assert "passed" in said(lambda a: [a, a], lambda a: (a, a), {"two": (X,)})
+    goes_on = attempt(lambda a: a.tolist(), lambda a: a, {"one": (X,)})
+    assert goes_on(X).shape == X.shape, "the cells after the check want an array"
     assert "passed" in said(lambda a: (1, 2), lambda a: np.array([1, 2]), {"two": (X,)})
 
 
