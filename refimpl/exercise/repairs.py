@@ -42,7 +42,7 @@ def one_change(function: Callable[..., Any], right: Callable[[Callable[..., Any]
     endless = any(isinstance(node, ast.While) for node in ast.walk(tree))
     for kind, line in islice(changes(tree), min(MOST, max(FEWEST, WORK // calls))):
         changed = _function(tree, name, function.__globals__)
-        if changed and _good(changed, right, endless):
+        if changed and _good(changed, right, endless, 20 * calls + LINES):
             shown = linecache.getline(function.__code__.co_filename, line).strip()
             number = line - function.__code__.co_firstlineno + 1
             where = f"line {number}" if number > 0 else "a function that it calls"
@@ -50,8 +50,10 @@ def one_change(function: Callable[..., Any], right: Callable[[Callable[..., Any]
     return ""
 
 
-def counted(work: Callable[[], Any]) -> tuple[Any, int]:
+def counted(work: Callable[[], Any], most: float = np.inf) -> tuple[Any, int]:
     """What a piece of work returns, and how many calls it takes: how costly it is, on any machine.
+
+    Raises TimeoutError after more than `most` calls.
 
     >>> counted(lambda: max(1, 2))[0]
     2
@@ -60,6 +62,8 @@ def counted(work: Callable[[], Any]) -> tuple[Any, int]:
 
     def _count(frame, event, _):
         calls[0] += event in ("call", "c_call")
+        if calls[0] > most:
+            raise TimeoutError("it does not end")
     if sys.getprofile() is not None:             # somebody else is counting
         return work(), 1000
     sys.setprofile(_count)
@@ -98,8 +102,10 @@ def _function(tree, name, known):
     return names[name]
 
 
-def _good(function, right, endless=False):
-    """Whether a function is right, its words and warnings unheard; endless loops are left."""
+def _good(function, right, endless=False, most=None):
+    """Whether a function is right, its words and warnings unheard. Loops that do not end are left:
+    its own are traced if it has any that may be endless, those of others have to call something.
+    """
     count, before = [0], sys.gettrace()
 
     def _trace(*_):
@@ -113,7 +119,7 @@ def _good(function, right, endless=False):
         try:
             if endless:
                 sys.settrace(_trace)
-            return right(function)
+            return counted(lambda: right(function), most)[0] if most else right(function)
         except Exception:                        # it crashes
             return False
         finally:

@@ -2,7 +2,6 @@
 that notebooks show.
 """
 
-import inspect
 import linecache
 
 import numpy as np
@@ -40,7 +39,8 @@ def said(capsys):
     def _said(mine, own, cases, **options):
         goes_on = attempt(mine, own, cases, **options)
         printed = capsys.readouterr().out
-        assert inspect.unwrap(goes_on) is (mine if printed.endswith("passed\n") else own)
+        told = mine if printed.endswith("passed\n") else own
+        assert goes_on is told or getattr(goes_on, "__wrapped__", None) is told
         assert ("wrong: " in printed) + printed.startswith("open: ") == (goes_on is own)
         return printed
     return _said
