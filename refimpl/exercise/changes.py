@@ -44,7 +44,8 @@ _MISSING = {_SIGN: ("-({})",), "a factor is missing": ("({}) * 2", "({}) / 2"),
 _WITH = {"a factor is missing": ("({}) * {}", "({}) * ({} > 0)", "({}) * len({})", "({}) * {}.size",
                                  "({}) / {}", "({}) / len({})", "({}) / {}.size",
                                  "({}) / {}[0].size", "({}) * {}[:, None, None]",
-                                 "({}) * (1 - {})"),
+                                 "({}) * (1 - {})", "({}) * np.eye(len({}))"),
+         "a product of matrices is missing": ("({1}) @ ({0})", "({0}) @ ({1})"),
          "a term is missing": ("({}) + {}", "({}) - {}")}
 
 
@@ -207,6 +208,9 @@ def _call(node, where):
     for option in options:
         rest = [other for other in options if other is not option]
         yield "an argument too many", ast.Call(node.func, given, rest)
+    if getattr(node.func, "attr", "") == "zeros":
+        yield from (("what an array begins with", f"np.full({ast.unparse(given[0])}, {number})")
+                    for number in ("np.inf", "np.nan") if given)
     if getattr(node.func, "attr", getattr(node.func, "id", "")) in _ALONG:
         rest = [option for option in options if option.arg != "axis"]
         for axis in ("0", "1", "2", "-1", "(1, 2)"):

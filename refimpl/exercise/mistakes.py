@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .behaviour import lost, places, questions, reached
+from .behaviour import lost, places, questions, reached, simpler
 from .rivals import (Failure, axis_name, ORDINALS, made_of_answer, made_of_argument, same,
                      scaled_answers)
 from ..gradcheck.contract import copies
@@ -53,9 +53,11 @@ def explain(mine: Callable[..., Any], right: Callable[..., list], failures: Sequ
         if all(np.asarray(y).dtype == bool and np.size(y) == 1 for y in few[0].expected):
             return where                         # yes or no: nothing to compare
         return _form(few) or " ".join(filter(None, [
-            _rival(right, few) or _difference(few) or " ".join(sorted(
-                [*lost(few), *places(few), *(reached(mine, right, kept) if linear else ()),
-                 *questions(mine, right, few)], key=lambda text: "positions" in text)[:3]), where]))
+            _rival(right, few) or _difference(few) or " ".join([
+                *[*simpler(mine, right, few)][:2], *sorted(
+                    [*lost(few), *places(few), *(reached(mine, right, kept) if linear else ()),
+                     *questions(mine, right, few)], key=lambda text: "positions" in text)][:3]),
+            where]))
 
 
 def told_apart(names: Sequence[str], failed: Sequence[tuple], passed: Sequence[tuple]) -> str:
