@@ -44,6 +44,7 @@ _MISSING = {_SIGN: ("-({})",), "a factor is missing": ("({}) * 2", "({}) / 2"),
 _WITH = {"a factor is missing": ("({}) * {}", "({}) * ({} > 0)", "({}) * len({})", "({}) * {}.size",
                                  "({}) / {}", "({}) / len({})", "({}) / {}.size",
                                  "({}) / {}[0].size", "({}) * {}[:, None, None]",
+                                 "({}) * {}[:, None]",
                                  "({}) * (1 - {})", "({}) * np.eye(len({}))"),
          "a product of matrices is missing": ("({1}) @ ({0})", "({0}) @ ({1})"),
          "a term is missing": ("({}) + {}", "({}) - {}")}
@@ -75,7 +76,8 @@ def changes(tree: ast.Module) -> Iterator[tuple[str, int]]:
                          (_with, [[slot] for slot in slots]), (_missing, several)):
         for group in groups:
             _, _, _, node, where = group[0]
-            for kind, new in _parsed(make(node, where, known if make is _with else names)):
+            told = known if make in (_with, _names) else names
+            for kind, new in _parsed(make(node, where, told)):
                 put = new if isinstance(new, list) else [new]
                 before = [(holder, field, getattr(holder, field)) for holder, field, *_ in group]
                 for holder, field, index, *_ in group:
@@ -255,8 +257,11 @@ def _statements(node: ast.AST, where: str, names: Sequence[str]) -> Iterator[Cha
 
 
 def _names(node, where, names):
+    if isinstance(node, ast.Constant) and repr(node.value) in names:
+        yield from ((_NUMBER, _made(name)) for name in names if name != repr(node.value))
     if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
-        yield from (("which name stands there", _made(name)) for name in names if name != node.id)
+        yield from (("which name stands there", _made(name)) for name in names
+                    if name.isidentifier() and name != node.id)
 
 
 def _missing(node, where, names):
@@ -281,12 +286,14 @@ def _with(node, where, names):
         for kind, new in _more(node.right, names):
             yield kind, ast.BinOp(node.left, node.op, new)
     elif isinstance(node, (ast.Assign, ast.AugAssign, ast.Return)) and node.value is not None:
-        parts = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
-        for i, part in enumerate(parts):
+        whole, field = node.value, {ast.Tuple: "elts", ast.Dict: "values"}.get(type(node.value))
+        for i, part in enumerate(getattr(whole, field) if field else [whole]):
             for kind, new in _more(part, names):
-                changed = copy.copy(node)
-                changed.value = new if len(parts) == 1 else ast.Tuple(
-                    [*parts[:i], new, *parts[i + 1:]], ast.Load())
+                changed, parts = copy.copy(node), copy.copy(whole)
+                if field:
+                    setattr(parts, field, [*getattr(whole, field)])
+                    getattr(parts, field)[i] = new
+                changed.value = parts if field else new
                 yield kind, changed
 
 

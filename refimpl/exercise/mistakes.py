@@ -53,11 +53,17 @@ def explain(mine: Callable[..., Any], right: Callable[..., list], failures: Sequ
         if all(np.asarray(y).dtype == bool and np.size(y) == 1 for y in few[0].expected):
             return where                         # yes or no: nothing to compare
         return _form(few) or " ".join(filter(None, [
-            _rival(right, few) or _difference(few) or " ".join([
-                *[*simpler(mine, right, few)][:2], *sorted(
-                    [*lost(few), *places(few), *(reached(mine, right, kept) if linear else ()),
-                     *questions(mine, right, few)], key=lambda text: "positions" in text)][:3]),
+            _rival(right, few) or _difference(few) or _behaviour(mine, right, few, kept, linear),
             where]))
+
+
+def _behaviour(mine, right, few, kept, linear):
+    """At most four sentences: of places with a reason, of what would have to be simpler, others."""
+    told = [*lost(few), *places(few), *(reached(mine, right, kept) if linear else ()),
+            *questions(mine, right, few)]
+    reasons = [text for text in told if "only where" in text]
+    others = sorted((text for text in told if text not in reasons), key=lambda t: "positions" in t)
+    return " ".join([*reasons, *[*simpler(mine, right, few)][:2], *others][:4])
 
 
 def told_apart(names: Sequence[str], failed: Sequence[tuple], passed: Sequence[tuple]) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 from .changes import changes
 
 MOST, FEWEST = 6000, 150      # changes that are tried
-WORK = 2_000_000              # calls that all of them together may take, or about so
+WORK = 1_000_000              # calls that all of them together may take, or about so
 LINES = 20_000                # that a changed loop may run through before it counts as endless
 
 

@@ -8,6 +8,7 @@ in which case, and what kind of mistake that looks like; and returns the functio
 """
 
 from collections.abc import Callable, Mapping
+import copy
 import functools
 import inspect
 from typing import Any
@@ -20,7 +21,7 @@ from .mistakes import explain
 from .repairs import WORK, counted, one_change
 from .rivals import Failure
 from ..gradcheck import derivative
-from ..gradcheck.contract import changed, copies
+from ..gradcheck.contract import changed
 from ..gradcheck.errors import GradientError, UndecidedError
 from ..gradcheck.gradient import check_gradient, upstream
 from ..gradcheck.report import Row, verdicts
@@ -112,7 +113,7 @@ def gradient_by_steps(f: Callable[..., Any], x: np.ndarray, dy: Any = 1.0) -> np
 
 def _with_arrays(mine, arguments, expected):
     """The student's function, or, where it returns lists for arrays, one that returns arrays."""
-    found = mine(*copies(arguments))
+    found = mine(*_copied(arguments))
     if isinstance(found, dict) or not any(isinstance(x, list) for x in (
             found if isinstance(found, tuple) else [found])):
         return mine
@@ -139,7 +140,7 @@ def _told(mine, reference, failures, known, linear, tolerance):
         yield from drawn(failure)
 
         def _listed(function):
-            left, each = [WORK // 4], [0]
+            left, each = [WORK // 2], [0]
 
             def _answers(*arguments):
                 if not each[0]:
@@ -152,7 +153,7 @@ def _told(mine, reference, failures, known, linear, tolerance):
 
             def _asked(*arguments):
                 with np.errstate(all="ignore"):
-                    found = taken(function(*copies(arguments)), known[label][1])
+                    found = taken(function(*_copied(arguments)), known[label][1])
                 return [np.asarray(y) for y in found.values()]
             return _answers
         looks = explain(_listed(mine), _listed(reference), values,
@@ -178,7 +179,7 @@ def _right_in(known, tolerance):
 
     def _right(function):
         for arguments, expected in cases:
-            handed_out = copies(arguments)
+            handed_out = _copied(arguments)
             found = taken(function(*handed_out), expected)
             if any(compared(name, found[name], y, tolerance)[1] for name, y in expected.items()):
                 return False
@@ -194,7 +195,7 @@ def _gradient(mine, f, inputs, wrt):
 
     def _complete(chosen):
         chosen = dict(zip(places, chosen))
-        return [chosen.get(place, x) for place, x in enumerate(copies(inputs))]
+        return [chosen.get(place, x) for place, x in enumerate(_copied(inputs))]
 
     def _claims(dy, *chosen):
         found = mine(dy, *_complete(chosen))
@@ -211,9 +212,14 @@ def _gradient(mine, f, inputs, wrt):
     return list(report.rows), failures[0] if failures else ""
 
 
+def _copied(arguments):
+    """Arguments that may be written into; lists of arrays too."""
+    return list(copy.deepcopy(tuple(arguments)))
+
+
 def _expected(reference, f, arguments, wrt):
     """The right results of one case by name."""
-    expected = named_results(reference(*copies(arguments)))
+    expected = named_results(reference(*_copied(arguments)))
     if f and ("" in expected or "output 0" in expected):
         return dict(zip(_chosen(f, arguments[1:], wrt)[1], expected.values()))
     return expected
@@ -223,7 +229,7 @@ def _values(mine, arguments, expected, tolerance, most_calls, most_products):
     """The outputs of both functions, element by element; the arguments must be left as they were.
     ->  list of Row, message or "", Failure or None
     """
-    handed_out, calls = copies(arguments), [0]
+    handed_out, calls = _copied(arguments), [0]
 
     def _counted(function):
         def _call(*inputs, **options):
@@ -253,7 +259,7 @@ def _values(mine, arguments, expected, tolerance, most_calls, most_products):
         return rows, f"the value is right, after {calls[0]} calls; {most_calls} are enough", None
     if most_products is not None:
         Counting.products = 0
-        mine(*(x.view(Counting) if isinstance(x, np.ndarray) else x for x in copies(arguments)))
+        mine(*(x.view(Counting) if isinstance(x, np.ndarray) else x for x in _copied(arguments)))
         if Counting.products > most_products:
             return rows, (f"the value is right, by {Counting.products} products; "
                           f"{most_products} are enough"), None
