@@ -7,7 +7,7 @@ import ast
 from collections.abc import Callable, Iterable, Iterator, Sequence
 import copy
 
-Change = tuple[str, ast.AST | list]              # its kind, and the node or statements put there
+_Change = tuple[str, ast.AST | list]              # its kind, and the node or statements put there
 _SIGN, _ORDER, _NUMBER = "a sign", "the order of two things", "a number"
 _BRACKET = "where a bracket closes"
 _MUCH = "something stands there that should not"
@@ -230,7 +230,7 @@ _BY_TYPE: dict[type, Callable[..., Iterable[tuple[str, ast.AST | str]]]] = {
     ast.IfExp: lambda node, where: [("a condition", part) for part in (node.body, node.orelse)]}
 
 
-def _statements(node: ast.AST, where: str, names: Sequence[str]) -> Iterator[Change]:
+def _statements(node: ast.AST, where: str, names: Sequence[str]) -> Iterator[_Change]:
     """What may stand there instead of a statement."""
     signs = "=, += or -="
     if isinstance(node, ast.AugAssign):

@@ -15,7 +15,7 @@ from ..gradcheck.difference import differences
 PICTURED = 30            # elements that an array may have to be drawn
 
 
-def drawn(failure: Failure) -> Iterator[str]:
+def sketch(failure: Failure) -> Iterator[str]:
     """Lines: the arguments, the answer found and the one needed, where they are small."""
     pairs = [(x, y) for x, y in zip(failure.found, failure.expected)
              if np.shape(x) == np.shape(y) and differences(x, y).any()][:1]

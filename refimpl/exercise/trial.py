@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .answers import Counting, as_array, compared, named_results, taken
-from .lines import crash, drawn, parameters, unwritten
+from .lines import crash, parameters, sketch, unwritten
 from .mistakes import explain
 from .repairs import WORK, counted, one_change
 from .rivals import Failure
@@ -113,17 +113,19 @@ def gradient_by_steps(f: Callable[..., Any], x: np.ndarray, dy: Any = 1.0) -> np
 
 def _with_arrays(mine, arguments, expected):
     """The student's function, or, where it returns lists for arrays, one that returns arrays."""
-    found = mine(*_copied(arguments))
-    if isinstance(found, dict) or not any(isinstance(x, list) for x in (
-            found if isinstance(found, tuple) else [found])):
+    found, needed = mine(*_copied(arguments)), list(expected.values())
+    one = len(needed) == 1
+    if isinstance(found, dict) or not any(isinstance(x, (list, tuple)) for x in (
+            [found] if one else found)):
         return mine
+    wrapped = one and len(found) == 1 and np.shape(found) != np.shape(needed[0])
 
     @functools.wraps(mine)
     def _arrays(*inputs, **options):
-        made = list(taken(mine(*inputs, **options), expected).values())
-        made = [np.asarray(x) if isinstance(y, np.ndarray) else x
-                for x, y in zip(made, expected.values())]
-        return made[0] if len(made) == 1 else tuple(made)
+        made = mine(*inputs, **options)
+        made = [made[0] if wrapped else made] if one else made
+        made = [np.asarray(x) if isinstance(y, np.ndarray) else x for x, y in zip(made, needed)]
+        return made[0] if one else tuple(made)
     return _arrays
 
 
@@ -137,7 +139,7 @@ def _told(mine, reference, failures, known, linear, tolerance):
         not told[2], sum(np.size(y) for y in told[2].expected) or np.inf if told[2] else 0))
     yield f"wrong: {mine.__name__}, {label}: {message}"
     if failure:
-        yield from drawn(failure)
+        yield from sketch(failure)
 
         def _listed(function):
             left, each = [WORK // 2], [0]
