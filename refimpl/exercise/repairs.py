@@ -19,7 +19,7 @@ import numpy as np
 
 from .changes import changes
 
-MOST, LEAST = 6000, 150      # changes that are tried
+MOST, ATLEAST = 6000, 150      # changes that are tried
 WORK = 1_000_000              # calls that all of them together may take, or about so
 LINES = 20_000                # that a changed loop may run through before it counts as endless
 
@@ -40,7 +40,7 @@ def one_change(function: Callable[..., Any], right: Callable[[Callable[..., Any]
         return ""                                # nothing to change, or no fault that `right` sees
     tree, name = found
     endless = any(isinstance(node, ast.While) for node in ast.walk(tree))
-    for kind, line in islice(changes(tree), min(MOST, max(LEAST, WORK // calls))):
+    for kind, line in islice(changes(tree), min(MOST, max(ATLEAST, WORK // calls))):
         changed = _function(tree, name, function.__globals__)
         if changed and _good(changed, right, endless, 20 * calls + LINES):
             shown = linecache.getline(function.__code__.co_filename, line).strip()

@@ -11,6 +11,7 @@ import argparse
 import ast
 import copy
 import random
+import resource
 import signal
 import sys
 from unittest import mock
@@ -21,7 +22,7 @@ from refimpl.exercise import trial
 from tests.mutation.kit import change, places
 from tests.notebooks import books, test_exercises
 
-LIMIT = 60                                                       # seconds for one check
+LIMIT, MEMORY = 20, 4 << 30                       # seconds for one check, bytes for all of them
 
 
 def answers(path):
@@ -63,6 +64,7 @@ def main(argv=None):
              for exercise, tree in answers(path).items() for n in range(len(places(tree)))]
     chosen = sorted(random.Random(arguments.seed).sample(
         range(len(found)), min(arguments.mutants, len(found))))
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))     # a changed size may be any size
     alive = 0
     for number in chosen:
         path, exercise, n = found[number]
