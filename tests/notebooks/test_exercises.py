@@ -33,6 +33,7 @@ def run(source, names, where):
     """Execute a cell, whose text is at hand as in a kernel.   ->  what it printed"""
     linecache.cache[where] = len(source), None, source.splitlines(keepends=True), where
     with contextlib.redirect_stdout(io.StringIO()) as printed, mock.patch.dict(os.environ):
+        os.environ.pop("REFIMPL_MOCAP", None)    # recorded motion is for `test_run`
         exec(compile(source, where, "exec"), names)
     return printed.getvalue()
 
