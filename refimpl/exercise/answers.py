@@ -107,8 +107,10 @@ def compared(name: str, found: Any, expected: Any, tolerance: float) -> tuple[Ro
     kinds = {"b": "True and False", "i": "whole numbers", "u": "whole numbers", "f": "float64"}
     needs, has = kinds[expected.dtype.kind], kinds[array.dtype.kind]
     if expected.dtype.kind == "f":
-        narrow = array.dtype.kind == "f" and array.dtype.itemsize < expected.dtype.itemsize
-        has = str(array.dtype) if narrow else needs
+        other = array.dtype.kind == "f" and array.dtype.itemsize != expected.dtype.itemsize
+        has, needs = (str(array.dtype), str(expected.dtype)) if other else (needs, needs)
+        if expected.dtype.itemsize < 8 and tolerance:
+            tolerance = max(tolerance, 1e-5)             # a sum in another order
     if expected.size and has != needs and isinstance(found, (np.ndarray, np.generic)):
         return (Row(name, False, False, np.inf, "its type"),
                 f"{begin}found {has}, needed {needs}: another kind of number (dtype)")

@@ -73,6 +73,45 @@ def _reached(mine, right, case):
     return said.pop() if len(said) == 1 else "reaches places that it should not" if said else ""
 
 
+def simpler(mine: Asked, right: Asked, failures: Sequence[Failure]) -> Iterator[str]:
+    """What would have to be simpler for the student's function to be right: one argument at a time.
+
+    >>> case = Failure(["a", "k"], (np.arange(4.0), 3.0), [], [])
+    >>> list(simpler(lambda a, k: [a * k * k], lambda a, k: [a * k], [case]))
+    ['It would be right if k were 1.']
+    """
+    case = failures[-1]
+    here = _answer(right, case.arguments)
+    for i in sorted(range(len(case.names)), key=lambda i: np.size(case.arguments[i])
+                    if isinstance(case.arguments[i], np.ndarray) else 0):
+        for text, value in _simple(case.arguments[i]):
+            changed = (*case.arguments[:i], value, *case.arguments[i + 1:])
+            found, needed = _answer(mine, changed), _answer(right, changed)
+            if None in (found, needed, here) or same(needed, here) or not same(found, needed):
+                continue
+            seen = np.unique(np.concatenate([np.ravel(y) for y in needed]))
+            if len(seen) > 2 or seen.any() and all(np.size(y) == 1 for y in needed):
+                yield f"It would be right if {case.names[i]} {text}."
+                break
+
+
+def _simple(x):
+    """(text, value) of what is simpler than an argument."""
+    if isinstance(x, (int, float)) and not isinstance(x, bool):
+        yield from (("were 0", 0 * x), ("were 1", 1 + 0 * x))
+    elif isinstance(x, np.ndarray) and x.dtype.kind == "f" and x.size:
+        yield "were all zeros", 0 * x
+        if x.ndim > 1 and x.shape[-1] == x.shape[-2]:
+            yield "were the identity", np.eye(x.shape[-1]) + 0 * x
+            yield "were symmetric", (x + x.swapaxes(-1, -2)) / 2
+        yield "were all ones", np.ones_like(x)
+        yield "were nowhere negative", np.abs(x)
+        for k in range(x.ndim):
+            if x.shape[k] > 1:
+                first = np.take(x, [0], axis=k)
+                yield f"were the same all along {axis_name(k, x.ndim)}", first + 0 * x
+
+
 def questions(mine: Asked, right: Asked, failures: Sequence[Failure]) -> Iterator[str]:
     """Sentences on how the student's function behaves where the right one behaves otherwise.
 

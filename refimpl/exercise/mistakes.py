@@ -12,19 +12,20 @@ from typing import Any
 
 import numpy as np
 
-from .behaviour import lost, places, questions, reached
+from .behaviour import lost, places, questions, reached, simpler
 from .rivals import (Failure, axis_name, ORDINALS, made_of_answer, made_of_argument, same,
                      scaled_answers)
 from ..gradcheck.contract import copies
 
 
 def explain(mine: Callable[..., Any], right: Callable[..., list], failures: Sequence[Failure],
-            passed: Sequence[tuple] = (), linear: bool = False) -> str:
+            passed: Sequence[tuple] = (), linear: bool = False, brief: bool = False) -> str:
     """What the mistake looks like, in a sentence or two, or "".
 
     mine, right : functions of a case's arguments to a list of arrays;
     passed : the arguments of the cases that did not fail;
-    linear : whether the first argument is an upstream gradient
+    linear : whether the first argument is an upstream gradient;
+    brief : whether only a mistake that gives just these numbers is to be told
 
     >>> dy, x = np.array([1.0, 2.0]), np.array([3.0, 5.0])
     >>> case = Failure(("dy", "x"), (dy, x), [x * dy], [2 * x * dy])
@@ -46,13 +47,23 @@ def explain(mine: Callable[..., Any], right: Callable[..., list], failures: Sequ
     kept = sorted(kept, key=lambda case: sum(np.size(y) for y in case.expected))
     few = [case for case in kept if any(np.any(y) for y in case.expected)][:4] or kept[:4]
     with np.errstate(all="ignore"):
+        if brief:
+            return _form(few) or _rival(right, few, brief)
         where = told_apart(failures[0].names, [case.arguments for case in failures], passed)
         if all(np.asarray(y).dtype == bool and np.size(y) == 1 for y in few[0].expected):
             return where                         # yes or no: nothing to compare
         return _form(few) or " ".join(filter(None, [
-            _rival(right, few) or _difference(few) or " ".join(sorted(
-                [*lost(few), *places(few), *(reached(mine, right, kept) if linear else ()),
-                 *questions(mine, right, few)], key=lambda text: "positions" in text)[:3]), where]))
+            _rival(right, few) or _difference(few) or _behaviour(mine, right, few, kept, linear),
+            where]))
+
+
+def _behaviour(mine, right, few, kept, linear):
+    """At most four sentences: of places with a reason, of what would have to be simpler, others."""
+    told = [*lost(few), *places(few), *(reached(mine, right, kept) if linear else ()),
+            *questions(mine, right, few)]
+    reasons = [text for text in told if "only where" in text]
+    others = sorted((text for text in told if text not in reasons), key=lambda t: "positions" in t)
+    return " ".join([*reasons, *[*simpler(mine, right, few)][:2], *others][:4])
 
 
 def told_apart(names: Sequence[str], failed: Sequence[tuple], passed: Sequence[tuple]) -> str:
@@ -115,7 +126,6 @@ def _form(failures):
     if all(np.shape(a) == np.shape(b) for case in failures
            for a, b in zip(case.found, case.expected)):
         return ""
-    turned = [list(case.found) for case in failures]
     if _common(failures, lambda case, _: iter([("x", case.expected[::-1])])):
         return "The results are the right ones, in another order."
 
@@ -141,19 +151,16 @@ def _form(failures):
     if text:
         return f"The numbers are right, but {text}." if "missing" not in text else f"{text}."
 
-    def _sums(case):
+    def _sums(case, _):
         for k in range(max(np.ndim(y) for y in case.found)):
             yield (f"It would be right once summed over its {ORDINALS[k]} axis: what is shared "
-                   "collects from all who share it.",
-                   _each(lambda y: np.sum(y, axis=k), case.found))
-    for case in failures:
-        for text, arrays in _sums(case):
-            if same(arrays, case.expected):
-                return text
-    return _wrong_shape(turned, failures)
+                   "collects from all who share it."), [
+                found if same([np.sum(found, axis=k)], [needed]) else needed
+                for found, needed in zip(case.found, case.expected) if np.ndim(found) > k]
+    return _common(failures, _sums) or _wrong_shape(failures)
 
 
-def _wrong_shape(found, failures):
+def _wrong_shape(failures):
     a, b = next((a, b) for case in failures for a, b in zip(case.found, case.expected)
                 if np.shape(a) != np.shape(b))
     if np.ndim(a) > np.ndim(b):
@@ -177,7 +184,7 @@ def _each(change, arrays):
     return changed
 
 
-def _rival(right, failures):
+def _rival(right, failures, brief=False):
     """A mistake that gives all the numbers that were found."""
     def _outputs(case, _):
         for text, arrays in scaled_answers(case, case.expected):
@@ -217,23 +224,12 @@ def _rival(right, failures):
             yield (f"It is what would be right if {text}, and the result transposed.",
                    [y.swapaxes(-1, -2) for y in arrays])
     several = any(np.size(y) > 2 for case in failures for y in case.expected)
-    return (_common(failures, _outputs) or _common(failures, _inputs)
-            or several and _common(failures, lambda case, _: (
-                (f"Everything is {text}.", arrays) for text, arrays in
-                scaled_answers(case, case.expected, any_factor=True)))
-            or _mostly(failures, _outputs) or _mostly(failures, _inputs) or "")
-
-
-def _mostly(failures, candidates):
-    """What explains at least half of the failures, and two of them."""
-    told: dict[str, int] = {}
-    for case in failures:
-        for text in dict.fromkeys(text for text, arrays in candidates(case, None)
-                                  if same(case.found, arrays)):
-            told[text] = told.get(text, 0) + 1
-    most = max(told, key=lambda text: told[text], default="")
-    enough = most and told[most] >= max(2, len(failures) / 2)
-    return f"In some cases: {most[0].lower()}{most[1:]}" if enough else ""
+    exact = _common(failures, _outputs) or _common(failures, _inputs)
+    if exact or brief:
+        return exact
+    return several and _common(failures, lambda case, _: (
+        (f"Everything is {text}.", arrays) for text, arrays in
+        scaled_answers(case, case.expected, any_factor=True))) or ""
 
 
 def _difference(failures):

@@ -8,26 +8,26 @@ in which case, and what kind of mistake that looks like; and returns the functio
 """
 
 from collections.abc import Callable, Mapping
+import copy
+import functools
 import inspect
-import linecache
-import re
 from typing import Any
 
 import numpy as np
 
 from .answers import Counting, as_array, compared, named_results, taken
+from .lines import crash, parameters, sketch, unwritten
 from .mistakes import explain
+from .repairs import WORK, counted, one_change
 from .rivals import Failure
 from ..gradcheck import derivative
-from ..gradcheck.contract import changed, copies
-from ..gradcheck.difference import differences
+from ..gradcheck.contract import changed
 from ..gradcheck.errors import GradientError, UndecidedError
 from ..gradcheck.gradient import check_gradient, upstream
 from ..gradcheck.report import Row, verdicts
 
 TOLERANCE = 1e-10     # against the package's own function, relative to the largest element
 SINGLY = 100          # elements of an input that are checked one by one; of more, a sample
-PICTURED = 30            # elements that an array may have to be drawn
 
 
 def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapping[str, tuple], *,
@@ -51,7 +51,8 @@ def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapp
     tolerance : of the comparison with `reference`;
     most_calls : how often a function among the arguments may be called in a case;
     most_products : how many products of two arrays may be taken in a case
-    ->  mine if it is right, else reference: what comes after never breaks.
+    ->  mine if it is right (lists that it returns made arrays), else reference: what comes after
+    never breaks.
 
     >>> def double(x):
     ...     return x + x
@@ -65,19 +66,21 @@ def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapp
     rows: list[Row] = []
     failures: list[tuple[str, str, Failure | None]] = []
     whole = {**cases, **(kinks or {})}
+    known: dict[str, tuple] = {}
     for label, inputs in whole.items():
         arguments = (upstream(f, inputs, 0), *inputs) if f else tuple(inputs)
+        known[label] = arguments, _expected(reference, f, arguments, wrt)
         try:
-            judged, message, failure = _values(mine, reference, f, arguments, wrt, tolerance,
+            judged, message, failure = _values(mine, arguments, known[label][1], tolerance,
                                                most_calls, most_products)
             if not message and f and label in cases:
                 instruments, message = _gradient(mine, f, inputs, wrt)
                 judged = instruments + judged
         except NotImplementedError as error:
-            print(_open(mine, error))
+            print(unwritten(mine, error))
             return reference
         except Exception as error:               # the student's own: told, not raised
-            judged, message, failure = [], _crash(mine, error, arguments), None
+            judged, message, failure = [], crash(mine, error, arguments), None
         rows += [Row(f"{row.name}, {label}" if row.name else label, row.exact, row.approximate,
                      row.difference, row.checked_by) for row in judged]
         failures += [(label, message, failure)] if message else []
@@ -85,10 +88,8 @@ def attempt(mine: Callable[..., Any], reference: Callable[..., Any], cases: Mapp
         print(*verdicts(rows), sep="\n")
     if not failures:
         print("passed")
-        return mine
-    passed = {label: (upstream(f, x, 0), *x) if f else x for label, x in whole.items()
-              if label not in [failed for failed, _, _ in failures]}
-    print(*_told(mine, reference, failures, passed, bool(f)), sep="\n")
+        return _with_arrays(mine, *next(iter(known.values())))
+    print(*_told(mine, reference, failures, known, bool(f), tolerance), sep="\n")
     return reference
 
 
@@ -110,26 +111,59 @@ def gradient_by_steps(f: Callable[..., Any], x: np.ndarray, dy: Any = 1.0) -> np
     return measured
 
 
-def _told(mine, reference, failures, passed, linear):
+def _with_arrays(mine, arguments, expected):
+    """The student's function, or, where it returns lists for arrays, one that returns arrays."""
+    found, needed = mine(*_copied(arguments)), list(expected.values())
+    one = len(needed) == 1
+    if isinstance(found, dict) or not any(isinstance(x, (list, tuple)) for x in (
+            [found] if one else found)):
+        return mine
+    wrapped = one and len(found) == 1 and np.shape(found) != np.shape(needed[0])
+
+    @functools.wraps(mine)
+    def _arrays(*inputs, **options):
+        made = mine(*inputs, **options)
+        made = [made[0] if wrapped else made] if one else made
+        made = [np.asarray(x) if isinstance(y, np.ndarray) else x for x, y in zip(made, needed)]
+        return made[0] if one else tuple(made)
+    return _arrays
+
+
+def _told(mine, reference, failures, known, linear, tolerance):
     """Lines: the smallest case that failed, what it looks like, where it is right."""
+    passed = {label: arguments for label, (arguments, _) in known.items()
+              if label not in [failed for failed, _, _ in failures]}
+    mended = one_change(mine, _right_in(known.values(), tolerance))
     values = [failure for _, _, failure in failures if failure]
     label, message, failure = min(failures, key=lambda told: (
         not told[2], sum(np.size(y) for y in told[2].expected) or np.inf if told[2] else 0))
     yield f"wrong: {mine.__name__}, {label}: {message}"
     if failure:
-        yield from _drawn(failure)
+        yield from sketch(failure)
 
         def _listed(function):
+            left, each = [WORK // 2], [0]
+
             def _answers(*arguments):
+                if not each[0]:
+                    made, each[0] = counted(lambda: _asked(*arguments))
+                    return made
+                left[0] -= each[0]
+                if left[0] < 0:
+                    raise TimeoutError("asked often enough")
+                return _asked(*arguments)
+
+            def _asked(*arguments):
                 with np.errstate(all="ignore"):
-                    expected = named_results(reference(*copies(arguments)))
-                    found = taken(function(*copies(arguments)), expected)
+                    found = taken(function(*_copied(arguments)), known[label][1])
                 return [np.asarray(y) for y in found.values()]
             return _answers
         looks = explain(_listed(mine), _listed(reference), values,
-                        list(passed.values()), linear)
+                        list(passed.values()), linear, brief=bool(mended))
         if looks:
             yield f"  looks like: {looks}"
+    if mended:
+        yield f"  {mended}"
     if passed and 3 * len(failures) <= len(passed):
         yield "  looks like: right, except in: " + "; ".join(failed for failed, _, _ in failures)
     elif passed:
@@ -139,64 +173,22 @@ def _told(mine, reference, failures, passed, linear):
     yield ("  The notebook goes on with the package's own version, until yours passes.")
 
 
-def _drawn(failure):
-    """Lines: the arguments, the answer found and the one needed, where they are small."""
-    pairs = [(x, y) for x, y in zip(failure.found, failure.expected)
-             if np.shape(x) == np.shape(y) and differences(x, y).any()][:1]
-    if not pairs or np.size(pairs[0][1]) > PICTURED or np.ndim(pairs[0][1]) == 0:
-        return
-    shown = [(name, x) for name, x in zip(failure.names, failure.arguments)
-             if isinstance(x, np.ndarray) and x.size <= PICTURED] + [
-        ("yours", pairs[0][0]), ("needed", pairs[0][1])]
-    for name, x in shown:
-        text = np.array2string(np.squeeze(np.asarray(x)), precision=3, suppress_small=True)
-        first, *rest = text.splitlines()
-        yield f"  {name:>8} = {first}"
-        yield from (" " * 13 + line for line in rest if line.strip())
+def _right_in(known, tolerance):
+    """->  whether a function is right in all cases, the smallest first"""
+    def _size(case):
+        return sum(x.size for x in (*case[0], *case[1].values()) if isinstance(x, np.ndarray))
+    cases = sorted(known, key=_size)
 
-
-def _open(mine, error):
-    """What is not written: this function, or one that it calls."""
-    trace = error.__traceback__
-    while trace.tb_next:
-        trace = trace.tb_next
-    other = trace.tb_frame.f_code.co_name
-    called = "" if other == mine.__name__ else f" (it calls {other}, which is not written yet)"
-    return (f"open: {mine.__name__} is yours to write{called}; the package's own version is used "
-            "from here on")
-
-
-def _crash(mine, error, arguments):
-    """Five lines: the error, the student's line, the shapes of what stands in it, the arguments."""
-    where = mine.__code__.co_filename if hasattr(mine, "__code__") else ""
-    trace, here = error.__traceback__, None
-    while trace:
-        here = trace if trace.tb_frame.f_code.co_filename == where else here
-        trace = trace.tb_next
-    lines = [f"it stopped with {type(error).__name__}: {str(error).splitlines()[0][:200]}"
-             if str(error) else f"it stopped with {type(error).__name__}"]
-    if here:
-        code = linecache.getline(where, here.tb_lineno).strip()
-        first = here.tb_frame.f_code.co_firstlineno
-        lines.append(f"  at line {here.tb_lineno - first + 1} of {here.tb_frame.f_code.co_name}: "
-                     f"{code}")
-        names = dict.fromkeys(re.findall(r"\b[A-Za-z_]\w*\b", code))
-        known = {n: here.tb_frame.f_locals[n] for n in names if n in here.tb_frame.f_locals}
-        if known:
-            lines.append("  there: " + ", ".join(f"{n} {_kind(x)}" for n, x in known.items()))
-    named = zip(_parameters(mine, arguments), arguments)
-    lines.append("  called with: " + ", ".join(f"{name} {_kind(x)}" for name, x in named))
-    return "\n".join(lines)
-
-
-def _kind(x):
-    return (f"{x.shape}" if isinstance(x, np.ndarray) else f"= {x!r}" if isinstance(
-        x, (int, float, str, np.generic)) else f"({type(x).__name__})")
-
-
-def _parameters(mine, arguments):
-    names = list(inspect.signature(mine).parameters)
-    return [*names, *(f"argument {i}" for i in range(len(names), len(arguments)))]
+    def _right(function):
+        for arguments, expected in cases:
+            handed_out = _copied(arguments)
+            found = taken(function(*handed_out), expected)
+            if any(compared(name, found[name], y, tolerance)[1] for name, y in expected.items()):
+                return False
+            if next(iter(changed(arguments, arguments, handed_out)), None):
+                return False
+        return True
+    return _right
 
 
 def _gradient(mine, f, inputs, wrt):
@@ -205,7 +197,7 @@ def _gradient(mine, f, inputs, wrt):
 
     def _complete(chosen):
         chosen = dict(zip(places, chosen))
-        return [chosen.get(place, x) for place, x in enumerate(copies(inputs))]
+        return [chosen.get(place, x) for place, x in enumerate(_copied(inputs))]
 
     def _claims(dy, *chosen):
         found = mine(dy, *_complete(chosen))
@@ -222,14 +214,24 @@ def _gradient(mine, f, inputs, wrt):
     return list(report.rows), failures[0] if failures else ""
 
 
-def _values(mine, reference, f, arguments, wrt, tolerance, most_calls, most_products):
+def _copied(arguments):
+    """Arguments that may be written into; lists of arrays too."""
+    return list(copy.deepcopy(tuple(arguments)))
+
+
+def _expected(reference, f, arguments, wrt):
+    """The right results of one case by name."""
+    expected = named_results(reference(*_copied(arguments)))
+    if f and ("" in expected or "output 0" in expected):
+        return dict(zip(_chosen(f, arguments[1:], wrt)[1], expected.values()))
+    return expected
+
+
+def _values(mine, arguments, expected, tolerance, most_calls, most_products):
     """The outputs of both functions, element by element; the arguments must be left as they were.
     ->  list of Row, message or "", Failure or None
     """
-    expected = named_results(reference(*copies(arguments)))
-    if f and "" in expected or f and "output 0" in expected:
-        expected = dict(zip(_chosen(f, arguments[1:], wrt)[1], expected.values()))
-    handed_out, calls = copies(arguments), [0]
+    handed_out, calls = _copied(arguments), [0]
 
     def _counted(function):
         def _call(*inputs, **options):
@@ -245,7 +247,7 @@ def _values(mine, reference, f, arguments, wrt, tolerance, most_calls, most_prod
         return [Row("", False, False, np.inf, "its count")], str(error), None
     judged = [compared(name, found[name], y, tolerance) for name, y in expected.items()]
     rows, messages = [row for row, _ in judged], [message for _, message in judged if message]
-    names = _parameters(mine, arguments)
+    names = parameters(mine, arguments)
     if messages:
         arrays = [[as_array(y)[0] for y in values.values()] for values in (found, expected)]
         failure = None if any(x is None for side in arrays for x in side) else Failure(
@@ -259,7 +261,7 @@ def _values(mine, reference, f, arguments, wrt, tolerance, most_calls, most_prod
         return rows, f"the value is right, after {calls[0]} calls; {most_calls} are enough", None
     if most_products is not None:
         Counting.products = 0
-        mine(*(x.view(Counting) if isinstance(x, np.ndarray) else x for x in copies(arguments)))
+        mine(*(x.view(Counting) if isinstance(x, np.ndarray) else x for x in _copied(arguments)))
         if Counting.products > most_products:
             return rows, (f"the value is right, by {Counting.products} products; "
                           f"{most_products} are enough"), None

@@ -8,10 +8,13 @@ those.
 import contextlib
 from functools import lru_cache
 import io
+import linecache
 import os
 from unittest import mock
 
 import pytest
+
+from refimpl.exercise import trial
 
 from . import books
 
@@ -27,8 +30,10 @@ WRONG = [pytest.param(path, name, id=f"{path.stem[:2]}-{name}") for path in book
 
 
 def run(source, names, where):
-    """Execute a cell.   ->  what it printed"""
+    """Execute a cell, whose text is at hand as in a kernel.   ->  what it printed"""
+    linecache.cache[where] = len(source), None, source.splitlines(keepends=True), where
     with contextlib.redirect_stdout(io.StringIO()) as printed, mock.patch.dict(os.environ):
+        os.environ.pop("REFIMPL_MOCAP", None)    # recorded motion is for `test_run`
         exec(compile(source, where, "exec"), names)
     return printed.getvalue()
 
@@ -36,11 +41,13 @@ def run(source, names, where):
 @lru_cache(maxsize=None)
 def before_each_check(path):
     """What a notebook knows before each exercise, all earlier ones being answered.
-    ->  {exercise: (names, source of the check)}
+    ->  {exercise: (names, source of the exercise, source of the check)}
     """
     names, known, exercise = {"__name__": "__main__"}, {}, ""
     answers = books.solutions(path).read_text(encoding="utf-8")
-    for cell in books.cells(path):
+    found = books.cells(path)
+    last = max(n for n, cell in enumerate(found) if cell.check)
+    for cell in found[:last + 1]:
         if cell.kind != "code" or cell.aside:
             continue
         if cell.exercise:
@@ -79,7 +86,19 @@ def test_stub_is_open(path, exercise):
 
 
 @pytest.mark.parametrize("path, name", WRONG)
-def test_wrong_answer_is_caught(path, name):
+def test_wrong_answer_is_caught(path, name, monkeypatch):
+    for asked in ("one_change", "explain"):      # what it looks like is asked below
+        monkeypatch.setattr(trial, asked, lambda *_, **__: "")
     printed = check(path, name.partition("__")[0],
                     books.wrong(path).read_text(encoding="utf-8"), name)
     assert f"wrong: {name}" in printed and "\npassed" not in printed
+
+
+@pytest.mark.parametrize("path, exercise", EXERCISES)
+def test_a_wrong_answer_is_explained(path, exercise):
+    """Of some wrong answer to each exercise is told what it looks like."""
+    source = books.wrong(path).read_text(encoding="utf-8")
+    names = [name for name in books.functions(books.wrong(path))
+             if name.startswith(f"{exercise}__")]
+    assert any("looks like: " in said or "One change in " in said or "it stopped with" in said
+               for said in (check(path, exercise, source, name) for name in names))

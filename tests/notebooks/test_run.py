@@ -4,6 +4,7 @@ answers filled in, at the root of the repository. At the end what the text says 
 hold (`sentences`)."""
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,7 @@ made_up = {made_up}
 for sentence, holds in {said!r}:
     assert eval(holds), sentence
 """
+COUNTED = ("00", "03", "04", "05", "06", "09", "10", "11", "15", "17", "18")     # trainings
 WRITES = ("18_your_own_system",)                 # a file, beside itself
 BOOKS = pytest.mark.parametrize("path", books.notebooks(), ids=lambda path: path.stem)
 
@@ -63,6 +65,9 @@ def test_run_all_in_its_folder(path, monkeypatch, tmp_path):
     outputs = run_all(path, tmp_path if path.stem in WRITES else path.parent)
     assert not [output.text for output in outputs if output.get("name") == "stderr"]
     shown = [output.data for output in outputs if "data" in output]
+    if path.stem[:2] in COUNTED:
+        assert re.search(r"\d (million|billion) multiplications", "".join(
+            output.get("text", "") for output in outputs))
     assert any("refimpl-player" in data.get("text/html", "") or "image/png" in data
                for data in shown), "shows nothing"
 
