@@ -38,8 +38,8 @@ TAPER = 4            # frames at each end of a stance in which its lock is not y
 FIRM = 30.0          # how much more a lock weighs than what bends the correction
 SAME_PLACE = 0.5     # of a foot: one that moves further in a gap begins another stance
 DEEPEST = 0.12       # of a leg: the body goes no lower
-SOFT, STRAIGHT = 0.945, 0.9999   # of thigh + shin: where a leg begins to stretch less, and ends
-SHORT = 1.03         # of a leg: a foot may stop that much short of a place beside where it was
+SOFT, STRAIGHT = 0.9, 0.9999     # of thigh + shin: where a leg begins to stretch less, and ends
+FALLS_SHORT = 1.03   # of a leg: where a leg is so much too short for its step, the body sinks
 GENTLE, LIFT = 0.006, 0.5        # what a lifted heel weighs beside its bending; of a foot, at most
 
 
@@ -267,7 +267,7 @@ def lowered(raw: np.ndarray, ankles: Sequence[np.ndarray], blend: int = BLEND) -
     need, deepest = np.zeros(len(raw)), np.inf
     for (hip, knee, ankle, _), goal in zip(LEGS, ankles):
         *_, far = _leg(raw, hip, knee, ankle)
-        for aim, reach in ((raw[:, ankle], far), (goal, SHORT * far)):
+        for aim, reach in ((raw[:, ankle], far), (goal, FALLS_SHORT * far)):
             aside = np.linalg.norm((aim - raw[:, hip])[:, [0, 2]], axis=1)
             need = np.maximum(need, raw[:, hip, 1] - goal[:, 1]
                               - np.sqrt(np.maximum(reach ** 2 - aside ** 2, 0.0)))

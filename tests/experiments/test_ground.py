@@ -49,7 +49,7 @@ def test_ends_that_go_on_are_nearer_to_the_clip_cut_later_than_zeros(world):
 
 def test_motion_that_needs_no_clean_up_is_hardly_moved(world):
     [row] = experiment.leg_rows(*world[:2])
-    assert row["clips"] == 2 and row["slide"] < 0.35 * row["slide before"]
+    assert row["clips"] == 2 and row["slide"] < 0.4 * row["slide before"]
     assert row["legs' jerk"] < 1.4 and 0.1 < row["moved"] < 3.0
 
 

@@ -68,7 +68,7 @@ def test_planted_feet_do_not_slide_nor_sink_nor_pop(walk, speed):
     before = foot_skate(positions, walk.contacts)
     assert before > abs(speed) * 0.7
     planted = foot_ik.lock_feet(positions, walk.contacts, walk.start.floor)
-    assert foot_skate(planted, walk.contacts) < 0.3 * before
+    assert foot_skate(planted, walk.contacts) < 0.35 * before
     assert (floor_penetration(positions, walk.start.floor)[1] > 0.5
             and floor_penetration(planted, walk.start.floor)[1] < 1e-9)
     assert jerk(planted) < 1.1 * jerk(walk.positions)            # locks that begin at once: 3
@@ -99,7 +99,7 @@ def test_a_body_too_far_away_sinks_smoothly_and_reaches(walk):
     assert down[70] > 3.0 and down[0] < down[70] and np.abs(np.diff(down)).max() < 0.6
 
 
-@pytest.mark.parametrize("speed, down, hover", [(15.0, (0.0, 0.3), 1.2), (80.0, (2.0, 11.0), 2.5)])
+@pytest.mark.parametrize("speed, down, hover", [(15.0, (0.0, 0.3), 1.5), (80.0, (2.0, 11.0), 2.5)])
 def test_a_body_is_lowered_for_steps_that_are_much_too_long_alone(walk, speed, down, hover):
     """Short steps carried on at another's speed. Where that is a little faster knees stay as
     straight as the style has them."""

@@ -69,7 +69,7 @@ SENTENCES = {
         ("the smooth one takes off more, for much less of it",
          "foot_skate(planted, contacts) < foot_skate(by_you, contacts)"
          " and jerk(planted) - jerk(skating) < 0.7 * (jerk(by_you) - jerk(skating))"),
-        ("whole body sinks* a little", "0 <= down.min() and 0 < down.max() < 12"),
+        ("whole body sinks* a little", "0 <= down.min() and down.max() < 3"),
     ],
     "13": [
         ("e^{-i \\omega_j n} = e^{-i \\pi (2 j + 1)} = -1",
