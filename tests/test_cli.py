@@ -297,7 +297,7 @@ def test_raw_leaves_the_feet_as_the_network_has_them(models, folder, tmp_path):
         results[flag] = take.read_take(tmp_path / "out.bvh").positions
     contacts = take.read_take(folder / "walk_normal_1.bvh").contacts
     slides = [foot_skate(results[flag], contacts) for flag in ((), ("--raw",))]
-    assert slides[0] < 0.3 * slides[1] and slides[1] > 1.0
+    assert slides[0] < 0.4 * slides[1] and slides[1] > 1.0
 
 
 @pytest.mark.parametrize("arguments, words", [

@@ -64,3 +64,16 @@ def all_tables(report):
         if any(row["table"] == table for row in report["rows"]):
             found[table] = other(report, table)
     return found
+
+
+def standing(report):
+    """How well results stand (docs/results.md): the content, no clean-up, result."""
+    columns = [("knee", "{:.2f}", 1), ("ankle", "{:.2f}", 1), ("elbow", "{:.2f}", 1),
+               ("legs' jerk", "{:.2f}", 1), ("slide", "{:.1f}", 1), ("seen", "{:.0f} %", 100),
+               ("path", "{:.0f}", 1)]
+    rows = {(row["style"], row["what"]): row for row in report["rows"]
+            if row["table"] == "results"}
+    ways = ("content itself", "no clean-up", "result")
+    return [line([style, *("; ".join(form.format(times * rows[style, way][name]) for way in ways)
+                           for name, form, times in columns)])
+            for style in dict.fromkeys(style for style, _ in rows)]
