@@ -96,8 +96,10 @@ def _moved(take, content, features, share, only, lock, fps):
         found = restricted(found, only) if only else found
         return found, applied(take.positions[some], found, how.carries)
 
+    once = _styled(slice(0, frames)) if frames <= AT_A_TIME else None
+
     def _whole(some):
-        found, positions = _styled(some)
+        found, positions = once or _styled(some)
         if locked is not None:
             firm = np.clip(share[some] / WHOLLY, 0.0, 1.0)
             stands = on_legs(positions, *(part[some] for part in locked))
@@ -110,8 +112,8 @@ def _moved(take, content, features, share, only, lock, fps):
 
     if lock:
         rests = take.rests
-        locked = locked_legs(in_pieces(lambda some: _styled(some)[1], frames), take.contacts,
-                             rests[1::2], heels=rests[::2])
+        locked = locked_legs(in_pieces(lambda some: (once or _styled(some))[1], frames),
+                             take.contacts, rests[1::2], heels=rests[::2])
     found: Any
     if frames <= AT_A_TIME:
         found, positions = _whole(slice(0, frames))

@@ -6,7 +6,8 @@ true at the end of Run All, on embedded and on recorded motion)]
 
 SENTENCES = {
     "10": [
-        ("so $\\mathrm{d}H = \\frac{2}{4} (5, 10)^{\\mathsf T} + \\frac{1}{2} (1, 2)^{\\mathsf T} = (3, 6)^{\\mathsf T}$",
+        ("so $\\mathrm{d}H = \\frac{2}{4} (5, 10)^{\\mathsf T} + "
+         "\\frac{1}{2} (1, 2)^{\\mathsf T} = (3, 6)^{\\mathsf T}$",
          "np.allclose(own.hidden_loss_backward(np.ones(1), np.array([[[1.0], [2.0]]]),"
          " np.zeros((1, 2, 1)), np.zeros((1, 2, 2)), style=0.5)[0, :, 0], [3, 6])"),
         ("A larger $s$ ends nearer to the style and farther from the content",

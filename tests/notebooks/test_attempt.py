@@ -283,7 +283,8 @@ def test_the_line_and_the_kind_of_a_single_change_are_told(said):
     ("dy[:, None] - x", "a sign"), ("(dy[:, None] + x).sum(axis=1)", "something stands there"),
     ("(dy[:, None] + x) / 2", "something stands there"), ("dy[:, None] + x[::-1]", "an index"),
     ("dy[:, None] + x.T.T * 3", "something stands there"), ("dy + x", "an axis of length 1"),
-    ("dy[:, None] + np.roll(x, 1)", "something stands there"), ("dy[:, None] + x ** 2", "something stands there"),
+    ("dy[:, None] + np.roll(x, 1)", "something stands there"),
+    ("dy[:, None] + x ** 2", "something stands there"),
     ("dy[:, None] + x + dy.mean()", "something stands there")])
 def test_kinds_of_a_change(said, mine, kind):
     names = {"np": np}
