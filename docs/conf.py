@@ -5,7 +5,7 @@ from pathlib import Path
 import re
 import sys
 
-from docutils.nodes import SkipNode
+from docutils.nodes import SkipNode, container, image
 try:
     from latex2mathml.converter import convert
 except ImportError:                          # then formulas need the network, for MathJax
@@ -52,6 +52,16 @@ def as_written(app, what, name, obj, options, lines):
         lines += ["", "Used in " + ", ".join(f":doc:`/notebooks/{stem}`" for stem in examples), ""]
 
 
+def in_words(app, doctree):
+    """A picture that a notebook draws (`pictures.plot.described`) keeps the words beside it."""
+    for bundle in doctree.findall(lambda node: isinstance(node, container)
+                                  and node.get("nb_element") == "mime_bundle"):
+        kinds = {shown["mime_type"]: shown for shown in bundle.children}
+        if {"image/png", "text/plain"} <= set(kinds):
+            for picture in kinds["image/png"].findall(image):
+                picture["alt"] = kinds["text/plain"].astext()
+
+
 def formula(display):
     """Writes a formula as MathML, which browsers show without a network."""
     def _visit(writer, node):
@@ -63,5 +73,6 @@ def formula(display):
 
 def setup(app):
     app.connect("autodoc-process-docstring", as_written)
+    app.connect("doctree-read", in_words)
     if convert:
         app.add_html_math_renderer("mathml", formula("inline"), formula("block"))
