@@ -1,5 +1,6 @@
 """Settings of the rendered pages, for Sphinx; `docs/build.py` calls it."""
 
+import inspect
 import json
 from pathlib import Path
 import re
@@ -34,22 +35,42 @@ html_css_files = ["wide.css"]
 suppress_warnings = ["myst.xref_missing", "myst.header"]
 
 
-WORDS = {path.stem: set(re.findall(r"\w+", " ".join(
-    "".join(cell["source"]) for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]
-    if cell["cell_type"] == "code"))) for path in sorted((ROOT / "notebooks").glob("[0-9]*.ipynb"))}
+def words(text):
+    return set(re.findall(r"\w+", text))
+
+
+NOTEBOOKS = {path.stem: words(" ".join("".join(cell["source"]) for cell in json.loads(
+    path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"))
+    for path in sorted((ROOT / "notebooks").glob("[0-9]*.ipynb"))}
+FILES = {path.relative_to(ROOT).as_posix(): words(path.read_text(encoding="utf-8"))
+         for folder in ("refimpl", "tests") for path in sorted((ROOT / folder).rglob("*.py"))}
+
+
+def examples(function):
+    """Where a function is used: in notebooks or, where none has it, in two files at most of the
+    package and of its tests. What uses it names its module or its room, too."""
+    name, (room, module) = function.__name__, ["", *function.__module__.split(".")][-2:]
+    used = [f":doc:`/notebooks/{stem}`" for stem, found in NOTEBOOKS.items()
+            if name in found and found & {room, module}]
+    for folder in () if used else ("refimpl/", "tests/"):
+        paths = [path for path, found in FILES.items() if path.startswith(folder) and name in found
+                 and (module in found or path.startswith(f"refimpl/{room}/"))
+                 and path != f"refimpl/{room}/{module}.py"]
+        used += [f":download:`{path} </{path}>`" for path in paths[:2]]
+    return used
 
 
 def as_written(app, what, name, obj, options, lines):
     """Our docstrings are plain text: the first sentence as a paragraph, the rest as it stands, and
-    the notebooks in which the function is used."""
+    where the function is used."""
     text = "\n".join(lines).split("\n\n", 1)
     lines[:] = re.sub(r"([|*`_\\])", r"\\\1", text[0]).splitlines()
     if len(text) > 1 and text[1].strip():
         lines += ["", ".. code-block:: text", ""]
         lines += [*("    " + line for line in text[1].splitlines()), ""]
-    examples = [stem for stem, words in WORDS.items() if getattr(obj, "__name__", "") in words]
-    if what == "function" and examples:
-        lines += ["", "Used in " + ", ".join(f":doc:`/notebooks/{stem}`" for stem in examples), ""]
+    used = examples(obj) if inspect.isfunction(obj) else []
+    if used:
+        lines += ["", "Used in " + ", ".join(used), ""]
 
 
 def in_words(app, doctree):
