@@ -43,7 +43,8 @@ NOTEBOOKS = {path.stem: words(" ".join("".join(cell["source"]) for cell in json.
     path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"))
     for path in sorted((ROOT / "notebooks").glob("[0-9]*.ipynb"))}
 FILES = {path.relative_to(ROOT).as_posix(): words(path.read_text(encoding="utf-8"))
-         for folder in ("refimpl", "tests") for path in sorted((ROOT / folder).rglob("*.py"))}
+         for folder in ("refimpl", "tests") for path in sorted((ROOT / folder).rglob("*.py"))
+         if "wrong" not in path.parts}
 
 
 def examples(function):
