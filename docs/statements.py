@@ -148,7 +148,8 @@ HOLDEN = Paper(
         Statement(
             "Equation 9: the trajectory",
             "The squared difference between the turning and velocity of the root and those that "
-            "are wanted. The accepted manuscript squares both terms, the journal text only the second.",
+            "are wanted. The accepted manuscript squares both terms, the journal text only the "
+            "second.",
             (r"\mathrm{Loss}_{traj} = \| \omega - \omega' \|^2 + \| \mathbf{v}_r - \mathbf{v}'_r "
              r"\|^2",),
             ("holden2017.losses.trajectory_loss",), ("equation 9", "weights of the constraints"),
@@ -464,5 +465,55 @@ EXAMPLES = {
         >>> cost, path = align.dtw(np.array([[0.0], [2], [1]]), np.array([[0.0], [1]]))
         >>> float(cost)                                       # symmetric2 counts a diagonal twice
         1.0
+        """,
+    "padding of a max-pool": """
+        >>> from refimpl import nn
+        >>> x = np.array([[[-1.0, -2]]])
+        >>> nn.max_pool1d(x, padding=1)           # if zeros counted: [[[0., 0.]]]
+        array([[[-1., -2.]]])
+        """,
+    "a max-unpool place that two values claim": """
+        >>> from refimpl import nn
+        >>> h, indices = np.array([[[5.0, 7]]]), np.array([[[1, 1]]])
+        >>> nn.max_unpool1d(h, indices, 3)        # if the first stood: [[[0., 5., 0.]]]
+        array([[[0., 7., 0.]]])
+        """,
+    "Adam": """
+        >>> from refimpl import nn
+        >>> w, g = {"w": np.ones(1)}, {"w": np.full(1, 1e-8)}
+        >>> for variant in ("kingma-ba", "epsilon-hat", "no-bias-correction"):
+        ...     print(variant, nn.adam_step(w, g, nn.adam_start(w), rate=0.1,
+        ...                                 variant=variant)[0]["w"].round(4))
+        kingma-ba [0.95]
+        epsilon-hat [0.9969]
+        no-bias-correction [0.9903]
+        """,
+    "a root's velocity in the 66 numbers": """
+        >>> from refimpl.motion import features
+        >>> numbers = np.zeros((2, 66))
+        >>> numbers[:, [features.TURN, features.FORWARD]] = np.pi / 2, 1.0
+        >>> root, _ = features.root_motion(numbers)
+        >>> (root[1] - root[0]).round(6)          # from the frame that it leaves: [0., 0., 1.]
+        array([1., 0., 0.])
+        """,
+    "turning error of the trajectory loss": """
+        >>> from refimpl.holden2017 import losses
+        >>> still, wanted = np.zeros((1, 66, 1)), np.array([[[3.0], [0], [0]]])
+        >>> losses.trajectory_loss(still, wanted)             # not squared: 3
+        array([9.])
+        """,
+    "the sign of a principal component": """
+        >>> from refimpl.torresani2006 import pca
+        >>> angles = [np.array([[angle]]) for angle in (0.0, 5.0, 6.0)]
+        >>> pca.fit_pca(angles, 1, length=1).basis            # largest in the scores: [[-1.]]
+        array([[1.]])
+        """,
+    "BVH position channels": """
+        >>> from refimpl.motion.clip import Clip, Joint
+        >>> from refimpl.motion.skeleton import local_pose
+        >>> hips = Joint("Hips", -1, (0.0, 90.0, 0.0), ("Yposition",))
+        >>> _, places = local_pose(Clip((hips,), 0.1, np.array([[95.0]])))
+        >>> places[0, 0]                                      # added: [0., 185., 0.]
+        array([ 0., 95.,  0.])
         """,
 }
