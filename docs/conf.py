@@ -84,11 +84,17 @@ def in_words(app, doctree):
                 picture["alt"] = kinds["text/plain"].astext()
 
 
+# Browsers do not know the lengths with which the converter spaces an arrow's label.
+LABELLED_ARROW = (r'<mstyle scriptlevel="0"><mo>&#x2192;</mo></mstyle>'
+                  r'<mpadded [^>]*>(.*?)<mspace depth="\.25em" /></mpadded>',
+                  r'<mo stretchy="true">&#x2192;</mo>\1')
+
+
 def formula(display):
     """Writes a formula as MathML, which browsers show without a network."""
     def _visit(writer, node):
         text = re.sub(r"\\big[lr]?(?![a-z])", "", node.astext()).replace(r"\arg", r"\mathrm{arg}\,")
-        writer.body.append(convert(text, display=display))
+        writer.body.append(re.sub(*LABELLED_ARROW, convert(text, display=display)))
         raise SkipNode
     return _visit, None
 
