@@ -108,9 +108,7 @@ def conventions():
         lines = [f"# {c.where[0].upper() + c.where[1:]}", "", f"**Here:** {c.here}.", "",
                  f"*Why:* {c.why}.", ""]
         lines += [f"**Others:** {rule}. *Who:* {who}.\n" for rule, who in c.rivals]
-        example = statements.EXAMPLES.get(c.where)
-        if example:
-            lines += ["```pycon", textwrap.dedent(example).strip(), "```", ""]
+        lines += ["```pycon", textwrap.dedent(statements.EXAMPLES[c.where]).strip(), "```", ""]
         lines += ["[All conventions](../conventions.md)", ""]
         pages[f"conventions/{name}.md"] = "\n".join(lines)
     return {"conventions.md": "\n".join(index) + "\n", **pages}

@@ -15,9 +15,9 @@ import sys
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDERS = ("docs", "notebooks", "tests", "refimpl")
-FILES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", "CITATION.cff")
+FILES = ("CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", "CITATION.cff")
 PARTS = {
-    "Begin": ("README", "docs/gallery", "docs/your_own_clips", "docs/bodies",
+    "Begin": ("docs/gallery", "docs/your_own_clips", "docs/bodies",
               "docs/perceptual_styles"),
     "The papers": ("docs/holden2017", "docs/torresani2006", "docs/code_of_2016", "docs/departures"),
     "Notebooks": ("notebooks/README", *(f"notebooks/{path.stem}" for path in
@@ -30,10 +30,11 @@ PARTS = {
 
 
 def contents(parts):
-    """The first page: a table of contents for each part."""
-    lines = ["# refimpl", "", "Motion style transfer in NumPy with hand-written gradients.", ""]
+    """The first page: README, and for the side of all pages the table of contents of each part."""
+    lines = [(ROOT / "README.md").read_text(encoding="utf-8")]
     for title, pages in parts.items():
-        lines += ["```{toctree}", f":caption: {title}", ":maxdepth: 1", "", *pages, "```", ""]
+        lines += ["```{toctree}", f":caption: {title}", ":hidden:", ":maxdepth: 1", "", *pages,
+                  "```", ""]
     return "\n".join(lines)
 
 

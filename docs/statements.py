@@ -33,7 +33,7 @@ HOLDEN = Paper(
     "Holden, Habibie, Kusajima and Komura 2017, annotated",
     "*Fast Neural Style Transfer for Motion Data*, IEEE Computer Graphics and Applications 37(4), "
     "[doi:10.1109/MCG.2017.3271464](https://doi.org/10.1109/MCG.2017.3271464), in its own order. "
-    "Where the accepted manuscript and the journal text differ, it is said.",
+    "Where the accepted manuscript and the journal text differ, the page says so.",
     (
         Statement(
             "Data representation",
@@ -52,8 +52,8 @@ HOLDEN = Paper(
             operations=("motion_windows", "normaliser"), notebooks=("02",), witness=CODE_OF_2016),
         Statement(
             "Equation 1: the encoder",
-            "A convolution over time with 256 filters of 25 frames, the larger of each two frames, "
-            "and what is below 0 is cut off.",
+            "A convolution over time with 256 filters of 25 frames; then the larger of each two "
+            "frames is kept, and whatever is below 0 becomes 0.",
             (r"\mathcal{L}(\mathbf{X}) = \mathrm{ReLU}(\Psi(\mathbf{X} * \mathbf{W}_0 + "
              r"\mathbf{b}_0))",),
             ("holden2017.networks.encode", "nn.conv.conv1d", "nn.pool.max_pool1d",
@@ -71,13 +71,14 @@ HOLDEN = Paper(
             "A sparse basis",
             "256 hidden units for 66 numbers are said to be a sparse basis and more natural than "
             "principal components.",
-            here="Sparse it is, 28 % of the units are active; components of the same size give "
-                 "motion back with a sixth of the error ([measured](paper_problem.md)).",
+            here="It is sparse: 28 % of the units are active. But as many components of the same "
+                 "width reconstruct motion with a sixth of the error "
+                 "([measured](paper_problem.md)).",
             notebooks=("09",)),
         Statement(
             "Equation 2: the decoder",
-            "Back with the same filters: depooling gives each of two frames a half, the bias is "
-            "taken off, and the filters are applied the other way round.",
+            "Back to motion with the same filters: depooling gives each of two frames one half, "
+            "the bias is subtracted, and the filters are applied in the other direction.",
             (r"\mathcal{L}^{\dagger}(\mathbf{H}) = (\Psi^{\dagger}(\mathbf{H}) - \mathbf{b}_0) * "
              r"\widetilde{\mathbf{W}}_0",),
             ("holden2017.networks.decode", "nn.pool.avg_depool1d", "nn.pool.random_depool1d",
@@ -86,8 +87,8 @@ HOLDEN = Paper(
             witness="the decoder of 2016, whose filters are its own: " + CODE_OF_2016),
         Statement(
             "Equation 3: learning the manifold",
-            "The squared error of what comes back, and the sum of the sizes of all parameters, "
-            "weighed by alpha.",
+            "The squared error of the reconstruction, plus the sum of the absolute values of all "
+            "parameters, weighted by alpha.",
             (r"\mathrm{Loss}(\mathbf{X}, \theta) = \| \mathbf{X} - "
              r"\mathcal{L}^{\dagger}(\mathcal{L}(\mathbf{X})) \|_2^2 + \alpha \| \theta \|_1",),
             ("holden2017.networks.autoencoder_loss",),
@@ -101,7 +102,7 @@ HOLDEN = Paper(
             departures=("transformation network",), operations=("transform",), notebooks=("11",)),
         Statement(
             "Equation 4: content",
-            "How far the hidden units of the result lie from those of the input, weighed by "
+            "How far the hidden units of the result lie from those of the input, weighted by "
             "c = 1.0.",
             (r"\mathrm{Loss}_{content} = c\, \| \mathcal{L}(\mathbf{I}) - \mathcal{L}(\mathcal{T}"
              r"(\mathbf{I})) \|",),
@@ -110,7 +111,7 @@ HOLDEN = Paper(
         Statement(
             "Equation 5: style",
             "How far the Gram matrix of the result's hidden units lies from that of the style "
-            "clip, weighed by s = 0.01. In the introduction the style is said to be an average "
+            "clip, weighted by s = 0.01. In the introduction the style is said to be an average "
             "over all frames; equation 6 is a sum, which grows with the clip.",
             (r"\mathrm{Loss}_{style} = s\, \| \mathrm{Gram}(\mathcal{L}(\mathbf{S})) - "
              r"\mathrm{Gram}(\mathcal{L}(\mathcal{T}(\mathbf{I}))) \|",),
@@ -123,31 +124,32 @@ HOLDEN = Paper(
             ("nn.gram.gram",), (), ("gram",), ("06",)),
         Statement(
             "Pairing contents and exemplars",
-            "For an angry style, what contains running is paired with the angry run and walking "
-            "with the angry walk: one network a style, many contents.",
+            "For an angry style, windows of running are paired with the angry run and windows of "
+            "walking with the angry walk: one network for each style, and many contents.",
             functions=("holden2017.pairing.pair_contents",), departures=("exemplars",),
             notebooks=("11",)),
         Statement(
             "Equation 7: feet",
-            "Where a foot is labelled as standing, its own velocity, the root's, and what the "
-            "body's turning adds must cancel. The manuscript's words leave out the foot's own "
-            "velocity, its formula has it.",
+            "Where a foot is labelled as standing, its own velocity, that of the root and what the "
+            "turning of the body adds must cancel. The manuscript's words leave out the foot's own "
+            "velocity; its formula has it.",
             (r"\mathrm{Loss}_{foot} = \sum_j \| \mathbf{v}_r + \omega \times \mathbf{p}_j + "
              r"\mathbf{v}_j - \mathbf{r}' \|^2",),
             ("holden2017.losses.foot_loss",), ("equation 7", "contacts"),
             ("foot_loss", "foot_contacts", "planted_feet"), ("07",)),
         Statement(
             "Equation 8: bones",
-            "The length of each bone against the length that it should have, squared. The words "
-            "say mean, the formula is a sum.",
+            "The squared difference between the length of each bone and the length that it should "
+            "have. The words say a mean; the formula is a sum.",
             (r"\mathrm{Loss}_{bone} = \sum_b \big\| \| \mathbf{p}_{b_{j_1}} - \mathbf{p}_{b_{j_2}} "
              r"\| - l_b \big\|^2",),
             ("holden2017.losses.bone_loss",), ("weights of the constraints",), ("bone_loss",),
             ("07",)),
         Statement(
             "Equation 9: the trajectory",
-            "Turning and velocity of the root against those that are wanted. The accepted "
-            "manuscript squares both terms, the journal text only the second.",
+            "The squared difference between the turning and velocity of the root and those that "
+            "are wanted. The accepted manuscript squares both terms, the journal text only the "
+            "second.",
             (r"\mathrm{Loss}_{traj} = \| \omega - \omega' \|^2 + \| \mathbf{v}_r - \mathbf{v}'_r "
              r"\|^2",),
             ("holden2017.losses.trajectory_loss",), ("equation 9", "weights of the constraints"),
@@ -161,14 +163,14 @@ HOLDEN = Paper(
             ("total_loss", "fitted_weights"), ("11",)),
         Statement(
             "Training",
-            "Adam, 100 epochs, about 20 minutes of locomotion, about 20 minutes of a GeForce GTX "
-            "970 for a style.",
+            "Adam for 100 epochs on about 20 minutes of locomotion, which takes about 20 minutes "
+            "on a GeForce GTX 970 for each style.",
             functions=("nn.adam.adam_step",), departures=("Adam's rate",),
             operations=("adam_step", "train_transformation_network", "learning_rate"),
             notebooks=("08", "11"), here="Times stand in [speed](speed.md)."),
         Statement(
             "Manifold projection",
-            "What T puts out is encoded and decoded once more, to take off its noise.",
+            "The output of T is encoded and decoded once more, which removes its noise.",
             functions=("holden2017.networks.project",), departures=("projection", "range"),
             operations=("project", "projected_numbers"), notebooks=("09", "11")),
         Statement(
@@ -226,6 +228,11 @@ HOLDEN = Paper(
                  "with the new lengths 109 % ([measured](paper_problem.md))."),
     ))
 
+EQUATION_3, EQUATION_6, EQUATION_8 = (
+    "[equation 3](#equation-3-how-alike-two-contents-are)",
+    "[equation 6](#equation-6-what-regression-minimises)",
+    "[equation 8](#equation-8-cutting-a-phrase)")
+
 TORRESANI = Paper(
     "Torresani, Hackney and Bregler 2006, annotated",
     "*Learning Motion Style Synthesis from Perceptual Observations*, Advances in Neural "
@@ -267,12 +274,12 @@ TORRESANI = Paper(
             "Equation 4: where a path begins and ends",
             "At the first frames of both and at the last of both.",
             (r"p(1) = 1,\quad q(1) = 1,\quad p(L) = T_i,\quad q(L) = T_j",), (), (),
-            ("dtw_path",), ("14",), here="The same function as equation 3."),
+            ("dtw_path",), ("14",), here=f"The same function as {EQUATION_3}."),
         Statement(
             "Equation 5: its steps",
             "One frame on in one of the two, or in both.",
             (r"w(n) = (p, q) \;\Rightarrow\; w(n-1) \in \{(p-1, q), (p-1, q-1), (p, q-1)\}",), (),
-            (), ("dtw_path",), ("14",), here="The same function as equation 3."),
+            (), ("dtw_path",), ("14",), here=f"The same function as {EQUATION_3}."),
         Statement(
             "Contents found automatically",
             "Two motions are alike if SSD is below a certain value; all 60 fragments are said to "
@@ -307,7 +314,7 @@ TORRESANI = Paper(
             "Equation 7: a linear model",
             "The simplest f is linear in its inputs.",
             (r"f(\mathbf{z}, \theta) = \mathbf{z}^{\mathrm{T}} \theta",), (), (), ("linear_ridge",),
-            ("15",), here="The same function as equation 6."),
+            ("15",), here=f"The same function as {EQUATION_6}."),
         Statement(
             "Section 6: kernels and support vectors",
             "Kernel ridge regression with a Gaussian kernel, and support vector regression, whose "
@@ -329,18 +336,18 @@ TORRESANI = Paper(
             "A fragment's first frame is reached from itself, or from the last frame of any "
             "fragment.",
             (r"w(n) = (p, 1, i) \;\Rightarrow\; w(n-1) \in \{(p-1, 1, i), (p-1, T_j, j)\}",), (),
-            (), ("one_stage_segmentation",), ("16",), here="The same function as equation 8."),
+            (), ("one_stage_segmentation",), ("16",), here=f"The same function as {EQUATION_8}."),
         Statement(
             "Equation 10: within a fragment",
             "The steps of equation 5.",
             (r"w(n) = (p, q, i),\, q > 1 \;\Rightarrow\; w(n-1) \in \{(p-1, q, i), (p-1, q-1, i), "
              r"(p, q-1, i)\}",), (), (), ("one_stage_segmentation",), ("16",),
-            here="The same function as equation 8."),
+            here=f"The same function as {EQUATION_8}."),
         Statement(
             "Equation 11: first and last frames",
             "A path begins in first frames and ends in last frames.",
             (r"p(1) = 1,\quad q(1) = 1,\quad p(L) = T,\quad q(L) = T_{i(L)}",), (), (),
-            ("one_stage_segmentation",), ("16",), here="The same function as equation 8."),
+            ("one_stage_segmentation",), ("16",), here=f"The same function as {EQUATION_8}."),
         Statement(
             "Equation 12: choosing a blend",
             "For each pair of the K neighbours of the matched fragment, f is evaluated at M shares "
@@ -458,5 +465,55 @@ EXAMPLES = {
         >>> cost, path = align.dtw(np.array([[0.0], [2], [1]]), np.array([[0.0], [1]]))
         >>> float(cost)                                       # symmetric2 counts a diagonal twice
         1.0
+        """,
+    "padding of a max-pool": """
+        >>> from refimpl import nn
+        >>> x = np.array([[[-1.0, -2]]])
+        >>> nn.max_pool1d(x, padding=1)           # if zeros counted: [[[0., 0.]]]
+        array([[[-1., -2.]]])
+        """,
+    "a max-unpool place that two values claim": """
+        >>> from refimpl import nn
+        >>> h, indices = np.array([[[5.0, 7]]]), np.array([[[1, 1]]])
+        >>> nn.max_unpool1d(h, indices, 3)        # if the first stood: [[[0., 5., 0.]]]
+        array([[[0., 7., 0.]]])
+        """,
+    "Adam": """
+        >>> from refimpl import nn
+        >>> w, g = {"w": np.ones(1)}, {"w": np.full(1, 1e-8)}
+        >>> for variant in ("kingma-ba", "epsilon-hat", "no-bias-correction"):
+        ...     print(variant, nn.adam_step(w, g, nn.adam_start(w), rate=0.1,
+        ...                                 variant=variant)[0]["w"].round(4))
+        kingma-ba [0.95]
+        epsilon-hat [0.9969]
+        no-bias-correction [0.9903]
+        """,
+    "a root's velocity in the 66 numbers": """
+        >>> from refimpl.motion import features
+        >>> numbers = np.zeros((2, 66))
+        >>> numbers[:, [features.TURN, features.FORWARD]] = np.pi / 2, 1.0
+        >>> root, _ = features.root_motion(numbers)
+        >>> (root[1] - root[0]).round(6)          # from the frame that it leaves: [0., 0., 1.]
+        array([1., 0., 0.])
+        """,
+    "turning error of the trajectory loss": """
+        >>> from refimpl.holden2017 import losses
+        >>> still, wanted = np.zeros((1, 66, 1)), np.array([[[3.0], [0], [0]]])
+        >>> losses.trajectory_loss(still, wanted)             # not squared: 3
+        array([9.])
+        """,
+    "the sign of a principal component": """
+        >>> from refimpl.torresani2006 import pca
+        >>> angles = [np.array([[angle]]) for angle in (0.0, 5.0, 6.0)]
+        >>> pca.fit_pca(angles, 1, length=1).basis            # largest in the scores: [[-1.]]
+        array([[1.]])
+        """,
+    "BVH position channels": """
+        >>> from refimpl.motion.clip import Clip, Joint
+        >>> from refimpl.motion.skeleton import local_pose
+        >>> hips = Joint("Hips", -1, (0.0, 90.0, 0.0), ("Yposition",))
+        >>> _, places = local_pose(Clip((hips,), 0.1, np.array([[95.0]])))
+        >>> places[0, 0]                                      # added: [0., 185., 0.]
+        array([ 0., 95.,  0.])
         """,
 }

@@ -146,11 +146,11 @@ def _check(styles, dataset, arguments):
 def _contents(dataset, style, paths, arguments):
     """The held-out clips that a style is tried on, spread over its contents."""
     found = [c for c in dataset.select(style=arguments.content_style, held_out=True)
-             if c.content in style.contents]
+             if c.content in style.pairs]
     if not found:
         raise evaluate.EvaluationError(
             f"{arguments.motions}: found no clip of style {arguments.content_style!r} held out for "
-            f"{', '.join(style.contents)}, needed some to try the networks on; prepare with a "
+            f"{', '.join(style.pairs)}, needed some to try the networks on; prepare with a "
             "larger --hold-out")
     missing = [c.name for c in found if piece_named(c.name, paths) is None]
     if missing:
@@ -196,7 +196,7 @@ def _real_rows(dataset, style, contents, classifiers):
     """The real takes kept out.   ->  yields as `_clip_rows`"""
     manifold = style.manifold
     for clip in dataset.select(style=style.name, held_out=True):
-        if clip.content in style.contents and clip.content in {c.content for c in contents}:
+        if clip.content in style.pairs and clip.content in {c.content for c in contents}:
             exemplars = evaluate.exemplars_of(dataset, style, clip.content)
             measured = evaluate.measure_real(clip, dataset.leg, exemplars, manifold, classifiers)
             row = {"style": style.name, "system": "real", "content": clip.content,

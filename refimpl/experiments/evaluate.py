@@ -47,7 +47,7 @@ def classifier_clips(dataset: Dataset, styles: Sequence[Style],
     """
     used = {name for style in styles for name in (*style.learned, *style.exemplars)}
     names = {style.name for style in styles} | {content_style}
-    contents = {content for style in styles for content in style.contents}
+    contents = {content for style in styles for content in style.pairs}
     found = [c for c in dataset.clips if not c.held_out and c.name not in used
              and c.style in names and c.content in contents]
     for what, wanted, there in (("style", names, {c.style for c in found}),

@@ -36,13 +36,11 @@ def content_loss(H_input: np.ndarray, H_output: np.ndarray, *, c: float = 1.0,
     >>> content_loss(np.zeros((1, 1, 2)), np.array([[[3.0, 4.0]]]))
     array([5.])
     """
-    measure, _ = _reading(reading)
-    return in_precision(c, H_output) * measure(H_input - H_output)
+    return in_precision(c, H_output) * _reading(reading)[0](H_input - H_output)
 
 
 def content_loss_backward(dloss: np.ndarray, H_input: np.ndarray, H_output: np.ndarray, *,
-                          c: float = 1.0,
-                          reading: str = "norm") -> tuple[np.ndarray, np.ndarray]:
+                          c: float = 1.0, reading: str = "norm") -> tuple[np.ndarray, np.ndarray]:
     """Both gradients are along the difference, equal and opposite.
 
     dloss : (N,)  ->  dH_input, dH_output (N, m, T)
@@ -50,8 +48,7 @@ def content_loss_backward(dloss: np.ndarray, H_input: np.ndarray, H_output: np.n
     >>> content_loss_backward(np.ones(1), np.zeros((1, 1, 2)), np.array([[[3.0, 4.0]]]))[1]
     array([[[0.6, 0.8]]])
     """
-    _, measure_backward = _reading(reading)
-    dH = measure_backward(in_precision(c, dloss) * dloss, H_input - H_output)
+    dH = _reading(reading)[1](in_precision(c, dloss) * dloss, H_input - H_output)
     return dH, -dH
 
 
@@ -65,13 +62,11 @@ def style_loss(G_style: np.ndarray, H_output: np.ndarray, *, s: float = 0.01,
     >>> style_loss(np.zeros((1, 1, 1)), np.array([[[3.0, 4.0]]]))
     array([0.25])
     """
-    measure, _ = _reading(reading)
-    return in_precision(s, H_output) * measure(G_style - nn.gram(H_output))
+    return in_precision(s, H_output) * _reading(reading)[0](G_style - nn.gram(H_output))
 
 
 def style_loss_backward(dloss: np.ndarray, G_style: np.ndarray, H_output: np.ndarray, *,
-                        s: float = 0.01,
-                        reading: str = "norm") -> tuple[np.ndarray, np.ndarray]:
+                        s: float = 0.01, reading: str = "norm") -> tuple[np.ndarray, np.ndarray]:
     """The output's gradient comes back through its Gram matrix.
 
     dloss : (N,)  ->  dG_style (N, m, m), dH_output (N, m, T)
@@ -79,8 +74,7 @@ def style_loss_backward(dloss: np.ndarray, G_style: np.ndarray, H_output: np.nda
     >>> style_loss_backward(np.ones(1), np.zeros((1, 1, 1)), np.array([[[3.0, 4.0]]]))[1]
     array([[[0.06, 0.08]]])
     """
-    _, measure_backward = _reading(reading)
-    dG = measure_backward(in_precision(s, dloss) * dloss, G_style - nn.gram(H_output))
+    dG = _reading(reading)[1](in_precision(s, dloss) * dloss, G_style - nn.gram(H_output))
     return dG, nn.gram_backward(-dG, H_output)
 
 

@@ -183,10 +183,8 @@ def term_losses(x: np.ndarray, batch: Batch, terms: Terms,
 def term_losses_backward(dloss: np.ndarray, x: np.ndarray, batch: Batch, terms: Terms,
                          weights: Weights) -> np.ndarray:
     """Gradient of their sum.   dloss : (N,)  ->  dx"""
-    dx = np.zeros_like(x)
-    for term in terms:
-        dx = dx + term.backward(term.weight_of(weights) * dloss, x, batch, weights)
-    return dx
+    return sum((term.backward(term.weight_of(weights) * dloss, x, batch, weights)
+                for term in terms), np.zeros_like(x))
 
 
 def motion_losses(O: np.ndarray, batch: Batch, loss_network: Params, mean: np.ndarray,

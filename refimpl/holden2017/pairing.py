@@ -88,8 +88,8 @@ def pair_contents(contents: Iterable[str], exemplar_contents: Iterable[str]) -> 
     pairs, there = {}, set(exemplar_contents)
     for content in sorted(set(contents)):
         words = content.split("-")
-        candidates = ["-".join(words[:n]) for n in range(len(words), 0, -1)]
-        match = next((name for name in candidates if name in there), None)
+        beginnings = ("-".join(words[:n]) for n in range(len(words), 0, -1))
+        match = next((name for name in beginnings if name in there), None)
         if match is None:
             raise PairingError(
                 f"found no style exemplar for content {content!r} among "
@@ -132,20 +132,15 @@ def make_training_set(dataset: Dataset, manifold: Manifold, style: str, *,
     for clip in shown:
         by_content.setdefault(clip.content, []).append(
             to_scale(clip.features, dataset.leg, manifold.leg))
-    pairs = pairs or {}
+    there, pairs = {clip.content for clip in chosen}, pairs or {}
     for content, exemplar in pairs.items():
-        if content not in {c.content for c in chosen}:
-            raise PairingError(
-                f"pair {content}={exemplar}: found no clip of content {content!r} to train on, "
-                f"needed one of {', '.join(sorted({c.content for c in chosen}))}")
-        if exemplar not in by_content:
-            raise PairingError(
-                f"pair {content}={exemplar}: found no exemplar of content {exemplar!r}, needed one "
-                f"of {', '.join(sorted(by_content))}")
-    found = {**pair_contents({c.content for c in chosen if c.content not in pairs}, by_content),
-             **pairs}
-    paired = {content: by_content[found[content]]
-              for content in sorted({c.content for c in chosen})}
+        for what, name, names in ((f"clip of content {content!r} to train on", content, there),
+                                  (f"exemplar of content {exemplar!r}", exemplar, by_content)):
+            if name not in names:
+                raise PairingError(f"pair {content}={exemplar}: found no {what}, needed one of "
+                                   + ", ".join(sorted(names)))
+    found = {**pair_contents(there - set(pairs), by_content), **pairs}
+    paired = {content: by_content[found[content]] for content in sorted(there)}
 
     seen = [to_scale(clip.features, dataset.leg, manifold.leg) for clip in learned]
     cut = [windows(scaled, clip.contacts) for clip, scaled in zip(learned, seen)]
@@ -157,9 +152,8 @@ def make_training_set(dataset: Dataset, manifold: Manifold, style: str, *,
         motion[:, :, VELOCITIES].swapaxes(1, 2).astype(dtype),
         gram_targets(paired, manifold, X.shape[2], networks=networks),
         tuple(clip.content for clip, (some, _) in zip(learned, cut) for _ in some), manifold.bones,
-        tuple(c.name for c in learned),
-        tuple(c.name for c in shown if c.content in found.values()), found,
-        known(seen, manifold.leg))
+        tuple(c.name for c in learned), tuple(c.name for c in shown if c.content in found.values()),
+        found, known(seen, manifold.leg))
     return training_set, tuple(c for c in chosen if c.held_out), paired
 
 

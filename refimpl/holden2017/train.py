@@ -131,6 +131,7 @@ def _epochs(state, epochs, seeds, count, size, rate, step, draws):
         yield record, state
 
 
+@np.errstate(over="ignore", invalid="ignore")                    # what is not finite is told below
 def run_epoch(state: State, epoch: int, order: np.ndarray, size: int,
               step: Callable[[Params, np.ndarray], Found], rate: float) -> tuple[Record, State]:
     """One epoch: the windows in an order, so many at a time, the last batch as small as it comes.
@@ -143,8 +144,7 @@ def run_epoch(state: State, epoch: int, order: np.ndarray, size: int,
     norms = []
     params, adam = state.params, state.adam
     for number, indices in enumerate(batches, start=1):
-        with np.errstate(over="ignore", invalid="ignore"):       # what is not finite is told below
-            losses, gradients = step(params, indices)
+        losses, gradients = step(params, indices)
         norm = float(np.sqrt(sum(float(np.vdot(g.T, g.T)) for g in gradients.values())))
         if not np.isfinite(norm) or not np.isfinite(losses["loss"]):
             raise TrainingError(
@@ -154,12 +154,10 @@ def run_epoch(state: State, epoch: int, order: np.ndarray, size: int,
         for name, loss in losses.items():
             sums[name] = sums.get(name, 0.0) + float(loss) * len(indices)
         norms.append(norm)
-        with np.errstate(over="ignore", invalid="ignore"):
-            params, adam = nn.adam_step(params, gradients, adam, rate=rate)
+        params, adam = nn.adam_step(params, gradients, adam, rate=rate)
     if wild := [name for name, p in params.items() if not plausible(p)]:
         raise TrainingError(f"epoch {epoch}: found {', '.join(wild)} not finite or beyond 1e9, "
                             "needed weights that can be used; lower the learning rate")
-    count = sum(map(len, batches))
-    means = {name: total / count for name, total in sums.items()}
+    means = {name: total / len(order) for name, total in sums.items()}
     return (Record(epoch, means, float(np.mean(norms)), time.perf_counter() - began),
             State(params, adam, epoch))

@@ -71,8 +71,3 @@ class Style:
     exemplars: tuple[str, ...] = ()
     weights: Weights = Weights()
     known: Known | None = None
-
-    @property
-    def contents(self) -> tuple[str, ...]:
-        """The contents that it was trained for."""
-        return tuple(self.pairs)
