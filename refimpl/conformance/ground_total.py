@@ -8,7 +8,7 @@ from ..holden2017 import losses, networks, objective
 from ..motion.features import (FEATURES, POSITIONS, TRANSLATION, TURN, VELOCITIES,
                                bone_lengths_by_frame)
 from ..motion.joints import BONES, JOINTS
-from .specification import Sample
+from .specification import Sample, called
 
 
 def totals(rng: np.random.Generator) -> list[Sample]:
@@ -23,7 +23,7 @@ def totals(rng: np.random.Generator) -> list[Sample]:
                                 *balanced(rng, reading, wished)))
     arrays, constants = balanced(rng, "mean_squares", wished)
     constants["deviation"] = constants["deviation"] * (np.arange(FEATURES) % 7 > 0)
-    found.append(Sample("numbers without deviation", arrays, constants))
+    found.append(called("numbers without deviation", *arrays, **constants))
     more = balanced(rng, "mean_squares", wished, clips=9, frames=17)
     return found + [Sample("nine clips of odd frames", *more)]
 
@@ -61,13 +61,13 @@ def balanced(rng: np.random.Generator, reading: str, wished: dict[str, float], c
                             "trajectory": motion[:, VELOCITIES]}
 
     def _term(name):
-        return {"content": lambda: w.content * _per_clip(losses.content_loss(
+        return {"content": w.content * _per_clip(losses.content_loss(
                     made["hidden"], H, reading=reading)),
-                "style": lambda: w.style * _per_clip(losses.style_loss(
+                "style": w.style * _per_clip(losses.style_loss(
                     made["gram"], H, s=1.0, reading=reading)),
-                "bone": lambda: w.bone * _per_clip(losses.bone_loss(motion, made["bones"])),
-                "trajectory": lambda: w.trajectory * _per_clip(losses.trajectory_loss(
-                    motion, made["trajectory"], turn_weight=w.turn))}[name]()
+                "bone": w.bone * _per_clip(losses.bone_loss(motion, made["bones"])),
+                "trajectory": w.trajectory * _per_clip(losses.trajectory_loss(
+                    motion, made["trajectory"], turn_weight=w.turn))}[name]
     for name, key, start, step in (("content", "hidden", H, away["content"]),
                                    ("style", "gram", gram, away["gram"]),
                                    ("bone", "bones", lengths, away["bones"]),
@@ -97,5 +97,5 @@ def shares(sample: Sample) -> dict[str, float]:
     loss_network = {name: given.pop(name) for name in ("W0", "b0")}
     mean, deviation = given.pop("mean"), given.pop("deviation")
     return objective.total_loss(dict(zip(networks.T_NAMES, sample.inputs)),
-                                objective.Batch(**given), loss_network, mean, deviation,
-                                objective.WEIGHTS[reading])[1]
+                                objective.Batch(**given),
+                                loss_network, mean, deviation, objective.WEIGHTS[reading])[1]

@@ -44,6 +44,18 @@ def ruled(label: str, inputs: tuple, output: Any, upstream: Any, *gradients: Any
     return Sample(label, inputs, dict(attributes or {}), smooth=False, known=known)
 
 
+def called(label: str, *inputs: Any, factors: tuple[float, ...] = (), exact: bool = False,
+           large: bool = False, upstream: Any = None, firm: bool = False,
+           **attributes: Any) -> Sample:
+    """A Sample written as the call that it is.
+
+    >>> called("both", 1.0, 2.0, padding=1) == Sample("both", (1.0, 2.0), {"padding": 1})
+    True
+    """
+    return Sample(label, inputs, attributes, factors=factors, exact=exact, large=large,
+                  upstream=upstream, firm=firm)
+
+
 @dataclass(frozen=True)
 class Bad:
     """Inputs that must be refused; the reference's message names this argument."""
@@ -52,6 +64,11 @@ class Bad:
     inputs: tuple
     argument: str
     attributes: dict[str, Any] = field(default_factory=dict)
+
+
+def refused(label: str, argument: str, *inputs: Any, **attributes: Any) -> Bad:
+    """A Bad written as the call that it is."""
+    return Bad(label, inputs, argument, attributes)
 
 
 @dataclass(frozen=True)
