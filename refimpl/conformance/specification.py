@@ -44,16 +44,14 @@ def ruled(label: str, inputs: tuple, output: Any, upstream: Any, *gradients: Any
     return Sample(label, inputs, dict(attributes or {}), smooth=False, known=known)
 
 
-def called(label: str, *inputs: Any, factors: tuple[float, ...] = (), exact: bool = False,
-           large: bool = False, upstream: Any = None, firm: bool = False,
-           **attributes: Any) -> Sample:
+def called(label: str, *inputs: Any, factors: Any = (), exact: Any = False, large: Any = False,
+           upstream: Any = None, firm: Any = False, **attributes: Any) -> Sample:
     """A Sample written as the call that it is.
 
     >>> called("both", 1.0, 2.0, padding=1) == Sample("both", (1.0, 2.0), {"padding": 1})
     True
     """
-    return Sample(label, inputs, attributes, factors=factors, exact=exact, large=large,
-                  upstream=upstream, firm=firm)
+    return Sample(label, inputs, attributes, True, None, factors, exact, large, upstream, firm)
 
 
 @dataclass(frozen=True)
