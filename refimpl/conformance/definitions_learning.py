@@ -11,8 +11,10 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import Polynomial
+from scipy.spatial.transform import Rotation
 
-from .definitions_torresani import distance, gaussian_kernel, kernel_ridge, linear_ridge, solved
+from .definitions_torresani import distance, gaussian_kernel, kernel_ridge, linear_ridge
 
 
 def support_vectors(K: np.ndarray, y: np.ndarray, C: float,
@@ -59,7 +61,7 @@ def _exact_solution(K, y, beta, C, epsilon):
         A = [[K[i, j] for j in free] + [1.0] for i in free] + [[1.0] * len(free) + [0.0]]
         right = [y[i] - s * epsilon - sum(K[i, k] * fixed[k] for k in range(n))
                  for i, s in zip(free, sign)] + [-sum(fixed)]
-        *values, b = solved(A, right)
+        *values, b = np.linalg.lstsq(A, right, 0.0)[0]
         found[free] = values
         if any(v * s < 0 or abs(v) > C for v, s in zip(values, sign)):
             return None
@@ -138,25 +140,14 @@ def exponential_map(v: np.ndarray) -> np.ndarray:
 
 
 def rotation_vector(R: np.ndarray) -> np.ndarray:
-    """From the antisymmetric part, sin(t) u, and the trace, 1 + 2 cos(t); near half a turn u
-    from the symmetric part, (R + R^T)/2 - cos(t) I = (1 - cos t) u u^T.
-
-    Of the two vectors of exactly half a turn the one whose largest element is positive.
+    """As SciPy has it, but that of the two vectors of exactly half a turn the one is taken whose
+    largest element is positive.
     """
-    out = np.zeros(R.shape[:-1])
-    for index in np.ndindex(R.shape[:-2]):
-        M = R[index]
-        twice = np.array([M[2, 1] - M[1, 2], M[0, 2] - M[2, 0], M[1, 0] - M[0, 1]])
-        sine, cosine = 0.5 * math.sqrt(sum(twice ** 2)), 0.5 * (M[0, 0] + M[1, 1] + M[2, 2] - 1)
-        angle = math.atan2(sine, cosine)
-        if cosine > -0.9:
-            out[index] = 0.5 * twice if sine < 1e-9 else angle * 0.5 * twice / sine
-        else:
-            S = 0.5 * (M + M.T) - cosine * np.eye(3)                         # (1 - cos t) u u^T
-            k = max(range(3), key=lambda i: S[i, i])
-            u = S[:, k] / math.sqrt(sum(S[:, k] ** 2))
-            out[index] = angle * (-u if sum(u * twice) < 0 else u)
-    return out
+    v = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_rotvec()
+    for one in v:
+        if math.hypot(*one) > math.pi - 1e-12 and max(one, key=abs) < 0:
+            one *= -1
+    return v.reshape(R.shape[:-1])
 
 
 def continuous_exponential_maps(R: np.ndarray, reference: np.ndarray) -> np.ndarray:
@@ -190,21 +181,14 @@ def _equivalents(v, before, turns):
     return [v + 2 * math.pi * k * along / length for k in turns]
 
 
-def _slope(coefficients, x):
-    return sum(k * c * x ** (k - 1) for k, c in enumerate(coefficients) if k)
-
-
-def _value(coefficients, x):
-    return sum(c * x ** k for k, c in enumerate(coefficients))
-
-
 def golden_section(coefficients: Any, low: Iterable[float], high: Iterable[float], *,
                    tolerance: float = 1e-6) -> np.ndarray:
     """Where the slope turns from falling to rising, by halving; of a constant the upper end."""
     found = []
     for c, a, b in zip(coefficients, low, high):
+        slope = Polynomial(c).deriv()
         for _ in range(60):
-            a, b = (a, (a + b) / 2) if _slope(c, (a + b) / 2) > 0 else ((a + b) / 2, b)
+            a, b = (a, (a + b) / 2) if slope((a + b) / 2) > 0 else ((a + b) / 2, b)
         found.append((a + b) / 2)
     return np.array(found)
 
@@ -214,9 +198,10 @@ def best_alpha(coefficients: np.ndarray, *, samples: int = 13,
     """The best of even steps over [-0.25, 1.25], or the minimum between its neighbours."""
     grid, found = [-0.25 + 1.5 * k / (samples - 1) for k in range(samples)], []
     for c in coefficients:
-        best = min(range(samples), key=lambda k: _value(c, grid[k]))
+        value = Polynomial(c)
+        best = int(np.argmin(value(np.array(grid))))
         alpha = golden_section([c], [grid[max(best - 1, 0)]], [grid[min(best + 1, samples - 1)]])[0]
-        found.append(alpha if _value(c, alpha) <= _value(c, grid[best]) else grid[best])
+        found.append(alpha if value(alpha) <= value(grid[best]) else grid[best])
     return np.array(found)
 
 

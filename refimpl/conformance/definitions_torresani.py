@@ -191,26 +191,6 @@ def one_stage_segmentation(Y: np.ndarray, frames: np.ndarray, lengths: Sequence[
     return total, np.array(found), np.array(ends), np.array(costs)
 
 
-def _jacobi_eigenvalues(A):
-    """A symmetric matrix by rotations, each of which makes one element 0.
-
-    ->  values, vectors in columns
-    """
-    A, V = np.array(A, dtype=float), np.eye(len(A))
-    for _ in range(60):
-        if (max((abs(A[i, j]) for i in range(len(A)) for j in range(i)), default=0.0)
-                <= 1e-17 * abs(np.trace(A))):
-            break
-        for i in range(len(A)):
-            for j in range(i):
-                angle = 0.5 * math.atan2(2 * A[i, j], A[j, j] - A[i, i])
-                J = np.eye(len(A))
-                J[i, i] = J[j, j] = math.cos(angle)
-                J[i, j], J[j, i] = math.sin(angle), -math.sin(angle)
-                A, V = J.T @ A @ J, V @ J
-    return np.diag(A), V
-
-
 def principal_components(frames: np.ndarray, lengths: Sequence[int], *, components: int,
                          length: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """From the eigenvectors of the fragments' products with each other.
@@ -220,9 +200,9 @@ def principal_components(frames: np.ndarray, lengths: Sequence[int], *, componen
     X = np.array([np.concatenate([_read(x, (len(x) - 1) * k / (length - 1) if length > 1 else 0.0)
                                   for k in range(length)]) for x in sequences(frames, lengths)])
     mean = sum(X) / len(X)
-    values, vectors = _jacobi_eigenvalues((X - mean) @ (X - mean).T)
+    values, vectors = np.linalg.eigh((X - mean) @ (X - mean).T)
     basis = np.zeros((components, X.shape[1]))
-    for n, column in enumerate(sorted(range(len(X)), key=lambda c: -values[c])[:components]):
+    for n, column in enumerate(np.argsort(-values)[:components]):
         direction = sum(vectors[i, column] * (X[i] - mean) for i in range(len(X)))
         direction = direction / math.sqrt(sum(direction ** 2))
         most = max(abs(x) for x in direction)
@@ -236,29 +216,14 @@ def gaussian_kernel(A: np.ndarray, B: np.ndarray, *, gamma: float) -> np.ndarray
     return np.array([[math.exp(-gamma * distance(a, b)) for b in B] for a in A])
 
 
-def solved(A: Any, B: Any) -> np.ndarray:
-    """A^-1 B by elimination with the largest pivot."""
-    A, B = np.array(A, dtype=float), np.array(B, dtype=float)
-    for i in range(len(A)):
-        largest = max(range(i, len(A)), key=lambda k: abs(A[k, i]))
-        A[[i, largest]], B[[i, largest]] = A[[largest, i]], B[[largest, i]]
-        for k in range(len(A)):
-            if k != i:
-                factor = A[k, i] / A[i, i]
-                A[k] -= factor * A[i]
-                B[k] = B[k] - factor * B[i]
-    return np.array([B[i] / A[i, i] for i in range(len(A))])
-
-
 def linear_ridge(Z: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
-    """The normal equations, solved by elimination."""
+    """The normal equations, by their singular values."""
     d = Z.shape[1]
     A = [[sum(z[i] * z[j] for z in Z) + (ridge if i == j else 0.0) for j in range(d)]
          for i in range(d)]
-    return solved(A, [sum(z[i] * y for z, y in zip(Z, Y)) for i in range(d)])
+    return np.linalg.lstsq(A, [sum(z[i] * y for z, y in zip(Z, Y)) for i in range(d)], 0.0)[0]
 
 
 def kernel_ridge(K: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
-    """The equations of the dual, solved by elimination."""
-    return solved([[K[i, j] + (ridge if i == j else 0.0) for j in range(len(K))]
-                   for i in range(len(K))], Y)
+    """The equations of the dual, by their singular values."""
+    return np.linalg.lstsq(K + ridge * np.eye(len(K)), Y, 0.0)[0]
