@@ -15,10 +15,10 @@ from numpy.polynomial import Polynomial
 from scipy.spatial.transform import Rotation
 
 from .definitions_torresani import distance, gaussian_kernel, kernel_ridge, linear_ridge
+from .specification import Array
 
 
-def support_vectors(K: np.ndarray, y: np.ndarray, C: float,
-                    epsilon: float) -> tuple[np.ndarray, float]:
+def support_vectors(K: Array, y: Array, C: float, epsilon: float) -> tuple[Array, float]:
     """The dual problem of `torresani2006.svr`.   ->  beta (n,), b"""
     n, beta = len(y), np.zeros(len(y))
     for _ in range(400):
@@ -73,8 +73,8 @@ def _exact_solution(K, y, beta, C, epsilon):
     return found, b if free else (highest + lowest) / 2
 
 
-def support_vectors_without_bias(K: np.ndarray, y: np.ndarray, C: float,
-                                 epsilon: float) -> tuple[np.ndarray, float]:
+def support_vectors_without_bias(K: Array, y: Array, C: float,
+                                 epsilon: float) -> tuple[Array, float]:
     """The same with b = 0 and no condition on the sum, as a rival has it: one beta at a time until
     nothing moves.
     """
@@ -90,8 +90,8 @@ def support_vectors_without_bias(K: np.ndarray, y: np.ndarray, C: float,
 
 
 def support_vector_regression(
-        K: np.ndarray, y: np.ndarray, K_new: np.ndarray, *, C: float, epsilon: float,
-        solve: Callable[..., tuple[np.ndarray, float]] = support_vectors) -> tuple[Any, np.ndarray]:
+        K: Array, y: Array, K_new: Array, *, C: float, epsilon: float,
+        solve: Callable[..., tuple[Array, float]] = support_vectors) -> tuple[Any, Array]:
     """Sums over the support vectors that `solve` finds.   ->  dual objective, predictions"""
     beta, b = solve(K, y, C, epsilon)
     n = range(len(y))
@@ -100,8 +100,8 @@ def support_vector_regression(
     return dual, np.array([sum(row[i] * beta[i] for i in n) + b for row in K_new])
 
 
-def predicted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str, ridge: float = 0.0,
-                    gamma: float = 0.0, C: float = 0.0, epsilon: float = 0.0) -> np.ndarray:
+def predicted_style(Z: Array, Y: Array, new: Array, *, kind: str, ridge: float = 0.0,
+                    gamma: float = 0.0, C: float = 0.0, epsilon: float = 0.0) -> Array:
     """One effort after the other, on inputs in units of their standard deviation."""
     if kind == "linear interpolation":
         return np.array([[(1 - z[-1]) * z[k - 7] + z[-1] * z[k - 4] for k in range(3)]
@@ -127,7 +127,7 @@ def predicted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
     return np.array(results).T
 
 
-def exponential_map(v: np.ndarray) -> np.ndarray:
+def exponential_map(v: Array) -> Array:
     """exp(hat v) by its series."""
     out = np.zeros(v.shape + (3,))
     for index in np.ndindex(v.shape[:-1]):
@@ -139,7 +139,7 @@ def exponential_map(v: np.ndarray) -> np.ndarray:
     return out
 
 
-def rotation_vector(R: np.ndarray) -> np.ndarray:
+def rotation_vector(R: Array) -> Array:
     """As SciPy has it, but that of the two vectors of exactly half a turn the one is taken whose
     largest element is positive.
     """
@@ -150,7 +150,7 @@ def rotation_vector(R: np.ndarray) -> np.ndarray:
     return v.reshape(R.shape[:-1])
 
 
-def continuous_exponential_maps(R: np.ndarray, reference: np.ndarray) -> np.ndarray:
+def continuous_exponential_maps(R: Array, reference: Array) -> Array:
     """Of all vectors v + 2 pi k u of one rotation the nearest to the frame before; both ways round
     to begin with, and the shorter one taken unless it takes a longer step.
     """
@@ -182,7 +182,7 @@ def _equivalents(v, before, turns):
 
 
 def golden_section(coefficients: Any, low: Iterable[float], high: Iterable[float], *,
-                   tolerance: float = 1e-6) -> np.ndarray:
+                   tolerance: float = 1e-6) -> Array:
     """Where the slope turns from falling to rising, by halving; of a constant the upper end."""
     found = []
     for c, a, b in zip(coefficients, low, high):
@@ -193,8 +193,7 @@ def golden_section(coefficients: Any, low: Iterable[float], high: Iterable[float
     return np.array(found)
 
 
-def best_alpha(coefficients: np.ndarray, *, samples: int = 13,
-               tolerance: float = 1e-6) -> np.ndarray:
+def best_alpha(coefficients: Array, *, samples: int = 13, tolerance: float = 1e-6) -> Array:
     """The best of even steps over [-0.25, 1.25], or the minimum between its neighbours."""
     grid, found = [-0.25 + 1.5 * k / (samples - 1) for k in range(samples)], []
     for c in coefficients:
@@ -205,7 +204,7 @@ def best_alpha(coefficients: np.ndarray, *, samples: int = 13,
     return np.array(found)
 
 
-def effort_measures(positions: np.ndarray, *, fps: float) -> np.ndarray:
+def effort_measures(positions: Array, *, fps: float) -> Array:
     """Energy, speed, acceleration and jerk, one joint and one frame after the other."""
     T, J = positions.shape[:2]
     differences = [positions * 1.0]
@@ -225,8 +224,7 @@ def _folds(folds):
                [n for n, f in enumerate(folds) if f == fold])
 
 
-def ridge_errors(K: np.ndarray, Y: np.ndarray, *, ridges: np.ndarray,
-                 folds: np.ndarray) -> np.ndarray:
+def ridge_errors(K: Array, Y: Array, *, ridges: Array, folds: Array) -> Array:
     """Trained anew for each fold."""
     found = np.zeros((len(ridges), Y.shape[1]))
     for n, ridge in enumerate(ridges):
@@ -237,8 +235,7 @@ def ridge_errors(K: np.ndarray, Y: np.ndarray, *, ridges: np.ndarray,
     return found
 
 
-def machine_errors(Ks: np.ndarray, Y: np.ndarray, *, boxes: np.ndarray, epsilons: np.ndarray,
-                   folds: np.ndarray) -> np.ndarray:
+def machine_errors(Ks: Array, Y: Array, *, boxes: Array, epsilons: Array, folds: Array) -> Array:
     """Trained anew for each fold."""
     found = np.zeros((len(Ks), len(boxes), len(epsilons), Y.shape[1]))
     for g, b, p, e in np.ndindex(found.shape):
@@ -251,8 +248,7 @@ def machine_errors(Ks: np.ndarray, Y: np.ndarray, *, boxes: np.ndarray, epsilons
     return found
 
 
-def machine_violation(K: np.ndarray, y: np.ndarray, beta: np.ndarray, *, C: float,
-                      epsilon: float) -> float:
+def machine_violation(K: Array, y: Array, beta: Array, *, C: float, epsilon: float) -> float:
     """One beta at a time."""
     r = [v - sum(k * b for k, b in zip(row, beta)) for v, row in zip(y, K)]
     highest = max((x - (epsilon if b >= 0 else -epsilon) for x, b in zip(r, beta) if b < C),
@@ -263,8 +259,7 @@ def machine_violation(K: np.ndarray, y: np.ndarray, beta: np.ndarray, *, C: floa
     return max(apart, 0.0) + max(max(abs(b) - C for b in beta), 0.0) + abs(sum(beta))
 
 
-def fitted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
-                 dealt: np.ndarray) -> np.ndarray:
+def fitted_style(Z: Array, Y: Array, new: Array, *, kind: str, dealt: Array) -> Array:
     """One effort after the other, each with the hyper-parameters that it does best with."""
     if kind == "linear interpolation":
         return predicted_style(Z, Y, new, kind=kind)
@@ -272,8 +267,7 @@ def fitted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
                      for y, chosen in zip(Y.T, least_errors(Z, Y, kind, dealt))]).T
 
 
-def least_errors(Z: np.ndarray, Y: np.ndarray, kind: str,
-                 dealt: np.ndarray) -> list[dict[str, float]]:
+def least_errors(Z: Array, Y: Array, kind: str, dealt: Array) -> list[dict[str, float]]:
     """The hyper-parameters that each effort does best with."""
     deviation = [float(np.std(column)) or 1.0 for column in Z.T]
     X, folds = (Z - np.mean(Z, axis=0)) / deviation, dealt % min(10, len(Z))

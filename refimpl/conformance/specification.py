@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+Array = np.ndarray
+
 
 @dataclass(frozen=True)
 class Sample:
