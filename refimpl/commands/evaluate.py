@@ -24,18 +24,16 @@ DESCRIPTION = """Stylise every clip that was kept out of training by every style
 optimisation, write the results, read them again and measure them. The judges are fitted on clips
 that no network learnt on: train with --clips and --exemplars that leave some."""
 
-_STYLE_COLUMNS = (
-    ("system", "{}"), ("clips", "{}"), ("style by gram", "{:.1%}"), ("style by joints", "{:.1%}"),
-    ("content by gram", "{:.1%}"), ("content by joints", "{:.1%}"),
-    ("style distance left", "{:.1%}"), ("content distance", "{:.1f}"),
-    ("Fréchet distance", "{:.1f}"))
-_FEET_COLUMNS = (
-    ("system", "{}"), ("slide (legs/s)", "{:.2f}"), ("lowest foot (legs)", "{:+.3f}"),
-    ("bones off (share)", "{:.1e}"), ("hips width off (share)", "{:.1e}"),
-    ("path error (legs)", "{:.2f}"), ("path met", "{:.0%}"), ("timing off (s)", "{:.2f}"),
-    ("movement kept (correlation)", "{:.2f}"), ("jerk / real", "{:.2f}"),
-    ("largest acceleration (legs/s^2)", "{:.0f}"), ("ends off (ratio)", "{:.1f}"),
-    ("frames/s", "{:,.0f}"))
+_STYLE_COLUMNS = (("system", "{}"), ("clips", "{}"), ("style by gram", "{:.1%}"),
+                  ("style by joints", "{:.1%}"), ("content by gram", "{:.1%}"),
+                  ("content by joints", "{:.1%}"), ("style distance left", "{:.1%}"),
+                  ("content distance", "{:.1f}"), ("Fréchet distance", "{:.1f}"))
+_FEET_COLUMNS = (("system", "{}"), ("slide (legs/s)", "{:.2f}"), ("lowest foot (legs)", "{:+.3f}"),
+                 ("bones off (share)", "{:.1e}"), ("hips width off (share)", "{:.1e}"),
+                 ("path error (legs)", "{:.2f}"), ("path met", "{:.0%}"),
+                 ("timing off (s)", "{:.2f}"), ("movement kept (correlation)", "{:.2f}"),
+                 ("jerk / real", "{:.2f}"), ("largest acceleration (legs/s^2)", "{:.0f}"),
+                 ("ends off (ratio)", "{:.1f}"), ("frames/s", "{:,.0f}"))
 
 
 def add_commands(commands: Any) -> None:

@@ -76,8 +76,7 @@ def shared_out(arguments: argparse.Namespace, takes: Mapping[str, Take],
                labels: Mapping[str, tuple[str, str]], styles: list[str]) -> problem.Split:
     """The clips by what they are for.   Raises ValueError where a style has no exemplar."""
     roles = (problem.Roles(arguments.learn, arguments.judge, arguments.kept_out,
-                           arguments.exemplars, arguments.others)
-             if arguments.folder else EMBEDDED)
+                           arguments.exemplars, arguments.others) if arguments.folder else EMBEDDED)
     split = problem.split(takes, labels, roles, styles, arguments.contents)
     for part in ("learn", "judges", "contents"):
         if not split.parts[part]:

@@ -146,8 +146,7 @@ def _values(call, reference, known, sample):
 
 def _layouts(call, reference, sample, thorough):
     for one, precision in precisions(call, thorough):
-        arrays = [i for i, x in enumerate(one.arguments)
-                  if isinstance(x, np.ndarray) and x.ndim]
+        arrays = [i for i, x in enumerate(one.arguments) if isinstance(x, np.ndarray) and x.ndim]
         alone = arrays if thorough and len(arrays) > 1 else []
         found = answered(one, reference, "")
         for number, layout in enumerate(LAYOUTS):

@@ -87,11 +87,10 @@ def _traits(names, arguments):
         if isinstance(x, np.ndarray):
             lengths |= {(f"{axis_name(k, 9)} of {name}"): n for k, n in enumerate(x.shape)}
             if x.dtype.kind == "f" and x.size:
-                yield from (text for holds, text in (
-                    (not x.all(), f"{name} has zeros"),
-                    (np.isnan(x).any(), f"{name} has NaN"),
-                    (np.abs(x).max() < 1e-3, f"{name} is small"))
-                    if holds)
+                yield from (text for holds, text in ((not x.all(), f"{name} has zeros"),
+                                                     (np.isnan(x).any(), f"{name} has NaN"),
+                                                     (np.abs(x).max() < 1e-3, f"{name} is small"))
+                            if holds)
             yield f"{name} has {x.ndim} axes"
             yield f"{name} has not {5 - x.ndim} axes" if x.ndim in (2, 3) else ""
     numbers = {name: x for name, x in zip(names, arguments) if isinstance(x, (int, float))}

@@ -108,8 +108,7 @@ def carry_out(take: Take, exemplars: Sequence[np.ndarray], style: Style,
     yield "2017 T(I), raw", transfer(
         take, style, projected=False, clean=False, networks=networks), seconds
     yield "2017", transfer(take, style, networks=networks), seconds
-    yield "2017, own pace", transfer(take, style, own_pace=True,
-                                     networks=networks), seconds
+    yield "2017, own pace", transfer(take, style, own_pace=True, networks=networks), seconds
 
 
 def read_back(clip: Clip, path: str | Path) -> Track:
@@ -163,9 +162,8 @@ def summarise_systems(rows: Sequence[TableRow],
     (n, d)}, reference : {style: list of (n, d)} of real motion, both embedded by the classifier of
     joints
     """
-    real = {style: np.mean([r[_JERK] for r in rows
-                            if r["style"] == style and r["system"] == "real"] or [np.nan])
-            for style in {r["style"] for r in rows}}
+    real = {style: np.mean([r[_JERK] for r in rows if r["style"] == style and r["system"] == "real"]
+                           or [np.nan]) for style in {r["style"] for r in rows}}
     of_system = {system: [r for r in rows if r["system"] == system] for system in SYSTEMS}
     lines = []
     for system, of in of_system.items():
@@ -180,12 +178,11 @@ def summarise_systems(rows: Sequence[TableRow],
         distances = [frechet_distance(np.concatenate(points), np.concatenate(reference[style]))
                      for (style, who), points in windows.items()
                      if who == system and style in {r["style"] for r in of}]
-        lines.append({
-            "system": system, "clips": len(of), **summary(told, "style"),
-            "style distance left": float(ours / contents) if contents else float("nan"),
-            "Fréchet distance": float(np.mean(distances)) if distances else float("nan"),
-            "frames/s": (sum(r["frames"] for r in took) / sum(r["seconds"] for r in took)
-                         if took else float("nan"))})
+        lines.append({"system": system, "clips": len(of), **summary(told, "style"),
+                      "style distance left": float(ours / contents) if contents else float("nan"),
+                      "Fréchet distance": float(np.mean(distances)) if distances else float("nan"),
+                      "frames/s": (sum(r["frames"] for r in took) / sum(r["seconds"] for r in took)
+                                   if took else float("nan"))})
     return lines
 
 
@@ -209,10 +206,9 @@ def timings(features: np.ndarray, contacts: np.ndarray, exemplars: Sequence[np.n
     for count in frames:
         times = -(-count // len(features))
         X, planted = (np.tile(a, (times, 1))[:count] for a in (features, contacts))
-        works: dict[str, Any] = {
-            OWN: lambda: optimise(X, planted, exemplars, style.manifold, settings=settings,
-                                  networks=networks),
-            "2017": lambda: stylise(X, style, networks=networks)}
+        works: dict[str, Any] = {OWN: lambda: optimise(X, planted, exemplars, style.manifold,
+                                                       settings=settings, networks=networks),
+                                 "2017": lambda: stylise(X, style, networks=networks)}
         if network is not None:
             works = {CODED: coded_search(X, planted, exemplars[0], network, settings), **works}
         seconds: dict[str, list[float]] = {name: [] for name in works}
@@ -257,10 +253,9 @@ def projection_effect(clips: Sequence[Labelled], style: Style, leg: float, *, no
                                                                          POSITIONS.stop))
         corrupted.append(spoilt)
     lines = []
-    for what, motions, clean in (
-            ("T(I)", [stylise(f, style, projected=False, networks=networks)
-                      for f in contents], []),
-            (f"real motion and noise of {noise:g}", corrupted, contents)):
+    for what, motions, clean in (("T(I)", [stylise(f, style, projected=False, networks=networks)
+                                           for f in contents], []),
+                                 (f"real motion and noise of {noise:g}", corrupted, contents)):
         projected = [project_features(m, manifold, networks=networks) for m in motions]
         for name, versions in ((what, motions), (f"{what}, projected", projected)):
             shown = [with_root(v, m) for v, m in zip(versions, motions)]

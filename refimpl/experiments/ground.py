@@ -164,6 +164,5 @@ def leg_rows(ground: Ground, takes: Mapping[str, Take]) -> list[TableRow]:
 def _summary(rows: Sequence[TableRow], usual: Any = np.nanmedian) -> TableRow:
     """->  {number: over the rows}, shares of what is seen; nothing without rows"""
     keys = rows[0] if rows else ()
-    return {key: float(np.mean([row[key] for row in rows]) if key == "seen"
-                       else usual([row[key] for row in rows])) for key in keys} | {
-                           "clips": len(rows)}
+    return {key: float(np.mean([row[key] for row in rows]) if key == "seen" else
+                       usual([row[key] for row in rows])) for key in keys} | {"clips": len(rows)}

@@ -172,8 +172,7 @@ def lags(here: np.ndarray, there: np.ndarray) -> np.ndarray:
         when = slice(max(0, -lag), len(a) - max(0, lag))
         x, y = a[when.start + lag:when.stop + lag], b[when]
         if len(x):
-            both, own, other = (gaussian_filter1d(np.sum(p * q, axis=1), ABOUT_THEN,
-                                                  mode="nearest")
+            both, own, other = (gaussian_filter1d(np.sum(p * q, axis=1), ABOUT_THEN, mode="nearest")
                                 for p, q in ((x, y), (x, x), (y, y)))
             row[when] = both / np.sqrt(np.maximum(own * other, 1e-12)) - RELUCTANCE * abs(lag) / FPS
     return np.array(tried)[found.argmax(axis=0)]
@@ -215,9 +214,8 @@ def summary(rows: Sequence[Mapping[str, Any]], group: str = "style asked for", *
     found: dict[str, float] = {}
     names = sorted({str(row.get(group)) for row in rows})
     for key in dict.fromkeys(key for row in rows for key in row):
-        own = [sorted(float(row[key]) for row in rows
-                      if str(row.get(group)) == name and _is_number(row.get(key)))
-               for name in names]
+        own = [sorted(float(row[key]) for row in rows if str(row.get(group)) == name
+                      and _is_number(row.get(key))) for name in names]
         own = sorted(values for values in own if values)
         if not own:
             continue
