@@ -99,9 +99,9 @@ def total_loss(*arrays: Array, I: Array, hidden: Array, gram: Array,
     for equations 7 to 9;  foot_velocity : (N, 4, 3, T - 1), the target of `foot_loss`, 0 unless
     given   ->  scalar
     """
-    batch = objective.Batch(I, gram, contacts, bones, trajectory, hidden,
-                            foot_velocity=0.0 if foot_velocity is None else foot_velocity)
-    return objective.total_loss(*_problem(arrays, batch, W0, b0, mean, deviation, reading))[0]
+    return objective.total_loss(*_problem(
+        arrays, W0, b0, mean, deviation, reading, foot_velocity, I=I, gram=gram, contacts=contacts,
+        bones=bones, trajectory=trajectory, hidden=hidden))[0]
 
 
 def total_loss_backward(dloss: Any, *arrays: Array,
@@ -109,13 +109,13 @@ def total_loss_backward(dloss: Any, *arrays: Array,
                         foot_velocity: Array | None = None, **targets: Array) -> tuple[Array, ...]:
     """dloss : scalar  ->  a gradient for each of W1, b1, W2, b2, W3, b3; everything else is a
     constant"""
-    batch = objective.Batch(
-        **targets, foot_velocity=0.0 if foot_velocity is None else foot_velocity)
-    problem = _problem(arrays, batch, W0, b0, mean, deviation, reading)
-    gradients = objective.total_loss_backward(dloss, *problem)
+    gradients = objective.total_loss_backward(dloss, *_problem(
+        arrays, W0, b0, mean, deviation, reading, foot_velocity, **targets))
     return tuple(gradients[name] for name in T_NAMES.split())
 
 
-def _problem(arrays, batch, W0, b0, mean, deviation, reading):
+def _problem(arrays, W0, b0, mean, deviation, reading, foot_velocity, **targets):
+    batch = objective.Batch(
+        **targets, foot_velocity=0.0 if foot_velocity is None else foot_velocity)
     return (dict(zip(T_NAMES.split(), arrays)), batch, {"W0": W0, "b0": b0}, mean, deviation,
             objective.WEIGHTS[reading])

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from ..gradcheck.structure import is_float
+
 Array = np.ndarray
 
 
@@ -165,8 +167,7 @@ def cast(values: Iterable[Any], dtype: Any) -> tuple:
     (array([0.], dtype=float32), None)
     """
     with np.errstate(over="ignore"):
-        return tuple(x.astype(dtype) if isinstance(x, np.ndarray) and x.dtype.kind == "f" else x
-                     for x in values)
+        return tuple(x.astype(dtype) if is_float(x) else x for x in values)
 
 
 def cast_attributes(attributes: Mapping[str, Any], dtype: Any) -> dict[str, Any]:

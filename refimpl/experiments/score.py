@@ -143,7 +143,7 @@ def _yaw(p):
 def _when(R, C):
     """When the same is done, and how alike what is done at equal times."""
     n = min(len(R), len(C))
-    here, there = (_seen_from_within(p[:n]) for p in (R, C))
+    here, there = (seen_from_within(p[:n]) for p in (R, C))
     found = {"timing off (s)": float(np.abs(lags(here, there)).mean() / FPS),
              "duration off (s)": (len(R) - len(C)) / FPS,
              "movement kept (correlation)": correlation(here, there),
@@ -190,8 +190,10 @@ def correlation(here: np.ndarray, there: np.ndarray) -> float:
     return float(np.sum(a * b) / size) if size > 0 else float(np.array_equal(a, b))
 
 
-def _seen_from_within(p):
-    """Joints from the hips' place on the floor, turned with the shoulders and hips."""
+def seen_from_within(p: np.ndarray) -> np.ndarray:
+    """Joints in each frame from the hips' place on the floor, turned with the shoulders and hips,
+    nothing smoothed.   (T, 21, 3)  ->  (T, 21, 3)
+    """
     return (p - p[:, :1] * [1.0, 0.0, 1.0]) @ yaw_rotation(_yaw(p))
 
 
