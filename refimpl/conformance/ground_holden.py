@@ -5,7 +5,7 @@ import numpy as np
 from ..holden2017 import losses
 from ..motion.features import FEATURES, TURN, VELOCITIES
 from ..motion.joints import BONES, JOINTS
-from .ground_nn import along
+from .ground_nn import along, at_sizes
 from .specification import Sample, called
 
 # Beside the borders at which blocks end: networks have more axes than their convolutions.
@@ -30,11 +30,9 @@ def encoders(rng: np.random.Generator) -> list[Sample]:
         return None if frames < 2 else called("", n((clips, channels, frames)),
                                               n((units, channels, width)), n(units))
     thin = {"clips": 1, "channels": 2, "units": 3, "frames": 5, "width": 3}
-    found = _along(thin, _sized)
-    for label, sizes in (("the papers' own", (1, FEATURES, 256, 240, 25)),
-                         ("ten clips, odd frames", (10, FEATURES, 12, 61, 25)),
-                         ("a batch of 33", (33, 5, 8, 12, 25))):
-        found.append(called(label, *_sized(*sizes).inputs, large=True))
+    found = _along(thin, _sized) + at_sizes(_sized, {
+        "the papers' own": (1, FEATURES, 256, 240, 25),
+        "ten clips, odd frames": (10, FEATURES, 12, 61, 25), "a batch of 33": (33, 5, 8, 12, 25)})
     X, W0, b0 = _sized(3, 3, 3, 3, 4).inputs
     for label, values in (("ties and near ties", (1.0, 1.0, 2.0, 2.0 + 2.0 ** -30, 3.0 + 2.0 ** -50,
                                                   3.0, -1.0, -1.0)),
@@ -55,10 +53,9 @@ def decoders(rng: np.random.Generator) -> list[Sample]:
     def _sized(clips, channels, units, frames, width):
         return called("", n((clips, units, frames)), n((units, channels, width)), n(units))
     thin = {"clips": 1, "channels": 2, "units": 3, "frames": 3, "width": 3}
-    found = _along(thin, _sized)
-    for label, sizes in (("the papers' own", (1, FEATURES, 256, 120, 25)),
-                         ("a batch of 33, odd frames", (33, 5, 8, 7, 25))):
-        found.append(called(label, *_sized(*sizes).inputs, large=True))
+    found = _along(thin, _sized) + at_sizes(_sized, {
+        "the papers' own": (1, FEATURES, 256, 120, 25),
+        "a batch of 33, odd frames": (33, 5, 8, 7, 25)})
     H, W0, b0 = _sized(3, 3, 3, 5, 3).inputs
     return found + [called(label, H, W0, b0, chosen=chosen)
                     for label, chosen in (("odd frames by chance", rng.integers(2, size=H.shape)),
@@ -83,10 +80,8 @@ def transformers(rng: np.random.Generator) -> list[Sample]:
         return called("", *tuple(n(shape) / np.sqrt(shape[1] * width if len(shape) == 3 and i
                                                     else 1) for i, shape in enumerate(shapes)))
     thin = {"clips": 1, "channels": 2, "first": 3, "second": 2, "frames": 5, "width": 3}
-    found = _along(thin, _sized)
-    return found + [called(label, *_sized(*sizes).inputs, large=True)
-                    for label, sizes in (("the papers' own", (1, FEATURES, 128, 128, 61, 25)),
-                                         ("a batch of 33", (33, 4, 3, 5, 9, 15)))]
+    return _along(thin, _sized) + at_sizes(_sized, {
+        "the papers' own": (1, FEATURES, 128, 128, 61, 25), "a batch of 33": (33, 4, 3, 5, 9, 15)})
 
 
 def autoencoders(rng: np.random.Generator) -> list[Sample]:
@@ -146,7 +141,9 @@ def styles(rng: np.random.Generator) -> list[Sample]:
                     called("a Gram matrix that is not symmetric", lopsided, n((2, 4, 6)))]
 
 
-def _walk(rng, clips, frames, numbers=FEATURES):
+def moving(rng: np.random.Generator, clips: int = 2, frames: int = 4,
+           numbers: int = FEATURES) -> np.ndarray:
+    """Random numbers of frames, with small turns.   ->  (clips, numbers, frames)"""
     motion = rng.standard_normal((clips, numbers, frames)) * 5
     motion[:, TURN] *= 0.1
     return motion
@@ -157,12 +154,12 @@ def feet(rng: np.random.Generator) -> list[Sample]:
     def _contacts(clips, frames):
         return rng.random((clips, 4, frames)) < 0.6
     found = _along({"clips": 1, "frames": 3}, lambda clips, frames:
-                   called("", _walk(rng, clips, frames), _contacts(clips, frames)))
+                   called("", moving(rng, clips, frames), _contacts(clips, frames)))
     for foot in range(4):
         contacts = np.zeros((2, 4, 5), bool)
         contacts[0, foot], contacts[1, foot, 2] = True, True
-        found.append(called(f"row {foot} of the contacts alone", _walk(rng, 2, 5), contacts))
-    motion, contacts = _walk(rng, 2, 5), _contacts(2, 5)
+        found.append(called(f"row {foot} of the contacts alone", moving(rng, 2, 5), contacts))
+    motion, contacts = moving(rng, 2, 5), _contacts(2, 5)
     turning = motion.copy()
     turning[:, TURN] = np.linspace(-4, 4, 10).reshape(2, 5)
     return found + [called("large turns", turning, contacts),
@@ -173,14 +170,14 @@ def feet(rng: np.random.Generator) -> list[Sample]:
 def feet_2016(rng: np.random.Generator) -> list[Sample]:
     """The 73 numbers: clips and frames."""
     return _along({"clips": 1, "frames": 3}, lambda clips, frames:
-                  called("", _walk(rng, clips, frames, 73), rng.random((clips, 4, frames)) < 0.6))
+                  called("", moving(rng, clips, frames, 73), rng.random((clips, 4, frames)) < 0.6))
 
 
 def feet_with_targets(rng: np.random.Generator) -> list[Sample]:
     """The targets of equation 7 in all their forms."""
     found = []
     for clips, frames in ((3, 5), (4, 4), (4, 5), (3, 4)):
-        motion, contacts = _walk(rng, clips, frames), rng.random((clips, 4, frames)) < 0.6
+        motion, contacts = moving(rng, clips, frames), rng.random((clips, 4, frames)) < 0.6
         found += [called(f"{clips} clips, {frames} frames, a target of shape {shape}",
                          motion, contacts, target=rng.standard_normal(shape))
                   for shape in ((), (3, 1), (4, 1, 1), (4, 3, 1), (clips, 4, 3, frames - 1),
@@ -193,36 +190,36 @@ def bones(rng: np.random.Generator, given: bool = True, numbers: int = FEATURES)
     def _lengths():
         return {"lengths": rng.uniform(1, 9, len(BONES))} if given else {}
     found = _along({"clips": 1, "frames": 2}, lambda clips, frames:
-                   called("", _walk(rng, clips, frames, numbers), **_lengths()))
-    motion = _walk(rng, 3, 4, numbers)
+                   called("", moving(rng, clips, frames, numbers), **_lengths()))
+    motion = moving(rng, 3, 4, numbers)
     first = 0 if numbers == FEATURES else 3
     place = motion[:, first:first + 3 * JOINTS].reshape(3, JOINTS, 3, 4)
     for (a, b), apart in zip(BONES[::4], (0.0, 1e-3, 1e-9, 0.0, 1e-9)):
         place[1, b, :, 2] = place[1, a, :, 2] + [apart, 0.0, -apart]
     place[2, BONES[3][1]] = place[2, BONES[3][0]]
     motion[:, first:first + 3 * JOINTS] = place.reshape(3, 3 * JOINTS, 4)
-    far = np.round(_walk(rng, 2, 3, numbers)) + 2.0 ** 18
+    far = np.round(moving(rng, 2, 3, numbers)) + 2.0 ** 18
     found += [called("bones of length 0 among others", motion, **_lengths()),
               called("far from the origin", far, **_lengths(), firm=True)]
-    hair = _walk(rng, 2, 3, numbers)
+    hair = moving(rng, 2, 3, numbers)
     hair[0, first:first + 3 * JOINTS] = rng.standard_normal((3 * JOINTS, 3)) * 1e-170
     found.append(called("lengths whose squares vanish", hair, **_lengths()))
     own = (((0, 1), (0, 5), (0, 9)), ((12, 3),), ((0, 1), (3, 4), (1, 2), (0, 1)),
            ((2, 1), (1, 2), (2, 6)), BONES[::-1])
     for number, pairs in enumerate(own if given else ()):
-        p = _walk(rng, 2, 3)
+        p = moving(rng, 2, 3)
         apart = p[:, :63].reshape(2, JOINTS, 3, 3)
         a, b = np.array(pairs).T
         lengths = np.linalg.norm(apart[:, a] - apart[:, b], axis=2).mean(axis=(0, 2))
         found.append(called(f"other bones {number}", p, lengths=lengths, bones=pairs))
-    return found + ([called("lengths wanted of 0", _walk(rng, 2, 3),
+    return found + ([called("lengths wanted of 0", moving(rng, 2, 3),
                             lengths=np.arange(len(BONES)) % 2 * 3.0)] if given else [])
 
 
 def paths(rng: np.random.Generator, form: str = "weighed") -> list[Sample]:
     """Clips and frames, turns beyond half and whole turns, the turn's weight."""
     def _sized(clips, frames):
-        return called("", _walk(rng, clips, frames, FEATURES if form == "weighed" else 73),
+        return called("", moving(rng, clips, frames, FEATURES if form == "weighed" else 73),
                       wanted=rng.standard_normal((clips, 3, frames)))
     found = _along({"clips": 1, "frames": 3}, _sized)
     sample = _sized(2, 4)
@@ -230,7 +227,7 @@ def paths(rng: np.random.Generator, form: str = "weighed") -> list[Sample]:
     found.append(called("NaN in a joint", *sample.inputs, **sample.attributes))
     if form != "weighed":
         return found
-    motion, wanted = _walk(rng, 2, 6), rng.standard_normal((2, 3, 6))
+    motion, wanted = moving(rng, 2, 6), rng.standard_normal((2, 3, 6))
     motion[:, TURN] = np.linspace(-7, 7, 12).reshape(2, 6)
     wanted[:, 0] = -motion[:, TURN] * 1.1
     found.append(called("turns beyond half a turn", motion, wanted=wanted))

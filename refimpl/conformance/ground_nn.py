@@ -3,6 +3,7 @@ one odd element among ordinary ones. More samples for the operations of `nn` and
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations, product
 import math
 from typing import Any
@@ -31,9 +32,13 @@ def along(axes: Mapping[str, int], make: Callable[..., Sample | None],
     for label, chosen in found:
         sample = make(**{**axes, **chosen})
         if sample is not None:
-            samples.append(Sample(label, sample.inputs, sample.attributes, sample.smooth,
-                                  exact=sample.exact, large=max(chosen.values()) > LARGE))
+            samples.append(replace(sample, label=label, large=max(chosen.values()) > LARGE))
     return samples
+
+
+def at_sizes(make: Callable[..., Any], sizes: Mapping[str, tuple]) -> list[Sample]:
+    """Large samples.   make : of the sizes in their order -> Sample;  sizes : by label"""
+    return [replace(make(*of), label=label, large=True) for label, of in sizes.items()]
 
 
 def pairs(levels: Mapping[str, Sequence[Any]], fits: Callable[[dict[str, Any]], bool],
@@ -57,13 +62,10 @@ def pairs(levels: Mapping[str, Sequence[Any]], fits: Callable[[dict[str, Any]], 
     while missing:
         some = rng.permutation(len(every))[:150]
         best = max(some, key=lambda i: len(met[i] & missing))
-        if met[best] & missing:
-            missing -= met[best]
-            yield every[best]
-        else:                                    # few are left: the first that has one of them
+        if not met[best] & missing:              # few are left: the first that has one of them
             best = next(i for i in range(len(every)) if met[i] & missing)
-            missing -= met[best]
-            yield every[best]
+        missing -= met[best]
+        yield every[best]
 
 
 def _label(choice):
@@ -91,17 +93,15 @@ def convolutions(rng: np.random.Generator, transposed: bool = False) -> list[Sam
     same = _sized(2, 1, 1, 1, 60000, 1).inputs[1:]
     found.append(called("a long sum of equal numbers", np.full((2, 1, 60000), 0.1),
                         *same, large=True, upstream=0.1, factors=(1.0, 3e3, 100.0)))
-    found += [called(f"{s.label}, stride 2",
-                     *s.inputs, **s.attributes | {"stride": 2, "padding": 1}, large=s.large)
+    found += [called(f"{s.label}, stride 2", *s.inputs, **s.attributes, stride=2, padding=1,
+                     large=s.large)
               for s in found if s.inputs[1].shape[2] == 3 and s.inputs[0].shape[2] > 2][::4]
-    for label, sizes in (("the papers' encoder", (1, 66, 256, 1, 240, 25)),
-                         ("ten clips, odd frames", (10, 66, 16, 1, 61, 25)),
-                         ("a batch of 33", (33, 16, 66, 1, 31, 15)),
-                         ("many of each", (3, 128, 65, 1, 33, 5)),
-                         ("filters longer than long clips", (2, 3, 17, 1, 64, 129)),
-                         ("wide groups", (2, 33, 17, 4, 35, 7))):
-        sample = _sized(*sizes)
-        found.append(called(label, *sample.inputs, **sample.attributes, large=True))
+    found += at_sizes(_sized, {
+        "the papers' encoder": (1, 66, 256, 1, 240, 25),
+        "ten clips, odd frames": (10, 66, 16, 1, 61, 25), "a batch of 33": (33, 16, 66, 1, 31, 15),
+        "many of each": (3, 128, 65, 1, 33, 5),
+        "filters longer than long clips": (2, 3, 17, 1, 64, 129),
+        "wide groups": (2, 33, 17, 4, 35, 7)})
     levels = {"width": (1, 2, 3, 6, 13),
               "stride": (1, 2, 3, 5), "dilation": (1, 2, 3), "groups": (1, 2, 3),
               "padding": ("same", "valid", 0, 2, (0, 3), (4, 1)), "bias": (True, False),

@@ -12,7 +12,8 @@ SIZES = (1, 2, 8, 9, 16, 17, 31, 32, 33, 64, 65, 129)
 AWAY = 10.0 ** -np.arange(1.0, 16.0)                         # radians from a singular angle
 
 
-def _walk(rng, frames, angles=3):
+def walk(rng: np.random.Generator, frames: int, angles: int = 3) -> np.ndarray:
+    """A smooth sequence: steps of a random walk."""
     return rng.standard_normal((frames, angles)).cumsum(axis=0) * 0.2
 
 
@@ -20,7 +21,7 @@ def time_warps(rng: np.random.Generator) -> list[Sample]:
     """Sizes, and pairs on which a search in a band or in coarse steps fails: whole numbers, long
     waits, a sequence against its shifted self."""
     found = along({"frames": 4, "angles": 2}, lambda frames, angles:
-                  called("", _walk(rng, frames, angles), _walk(rng, frames + 3, angles)), SIZES)
+                  called("", walk(rng, frames, angles), walk(rng, frames + 3, angles)), SIZES)
     for number in range(8):
         size = (1.0, 10.0, 1e3)[number % 3]                      # an absolute margin fails at one
         found.append(called(f"whole numbers {number}",
@@ -30,12 +31,12 @@ def time_warps(rng: np.random.Generator) -> list[Sample]:
         X, Y = (rng.integers(0, 3, (9, 1)).astype(float) for _ in range(2))
         found.append(called(f"ways nearly as short {number}",
                             X, Y + 1e-8 * rng.integers(-2, 3, Y.shape)))
-    long = _walk(rng, 270)
+    long = walk(rng, 270)
     found += [called(f"{m} frames against {n} like them", long[:m], long[:n] + 1e-3, large=True)
               for m, n in ((129, 140), (257, 270))]
     exact = 2.0 ** 30 + rng.integers(0, 40, (12, 2)) / 8
     found.append(called("near each other, far from zero", exact, exact[::2] + 0.25, firm=True))
-    X = _walk(rng, 30)
+    X = walk(rng, 30)
     waits = np.concatenate([X[:1].repeat(20, axis=0), X, X[-1:].repeat(3, axis=0)])
     spikes = np.zeros((40, 1))
     spikes[[3, 30]] = 5.0
@@ -48,7 +49,7 @@ def time_warps(rng: np.random.Generator) -> list[Sample]:
                np.round(X[::2], 1)), called("a long wait at the beginning", X, waits),
         called("against itself, shifted", X, np.roll(X, 11, axis=0)),
         called("spikes far apart", spikes, np.roll(spikes, 9, axis=0)),
-        called("three against many", _walk(rng, 3), _walk(rng, 50)),
+        called("three against many", walk(rng, 3), walk(rng, 50)),
         called("backwards", X, X[::-1].copy()), called("far from zero", X + 1e4, X[::2] + 1e4)]
 
 
@@ -85,8 +86,8 @@ def interpolations(rng: np.random.Generator) -> list[Sample]:
     """Lengths, paths with waits, headings that turn beyond a whole turn, each axis up."""
     found = []
     for frames, others in ((5, 33), (33, 5), (64, 65), (1, 1), (2, 9), (17, 17)):
-        X, Y = _walk(rng, frames), _walk(rng, others)
-        roots = [_walk(rng, len(x), 4) for x in (X, Y)]
+        X, Y = walk(rng, frames), walk(rng, others)
+        roots = [walk(rng, len(x), 4) for x in (X, Y)]
         path = plain.dtw_path(X, Y)
         for alpha in (0.25, 0.75):
             found.append(called(f"{frames} against {others} frames, alpha {alpha:g}",
@@ -102,7 +103,7 @@ def segmentations(rng: np.random.Generator) -> list[Sample]:
     """Fragments of many lengths, of which one is like the beginning of another; whole numbers."""
     found = []
     for lengths in ((2,) * 9, (8, 9, 16), (17, 3, 1, 1, 33), (1, 1, 1), (31, 32)):
-        frames = _walk(rng, sum(lengths))
+        frames = walk(rng, sum(lengths))
         pieces = plain.sequences(frames, lengths)
         order = rng.integers(0, len(lengths), 4)
         Y = np.concatenate([np.repeat(pieces[k], 1 + number % 2, axis=0)
@@ -140,7 +141,7 @@ def components(rng: np.random.Generator) -> list[Sample]:
                                    ((4, 4, 4, 4), 1, 4), ((7, 12), 1, 50), ((6,) * 33, 5, 6)):
         found.append(
             called(f"{len(lengths)} sequences, {count} components, length {length}",
-                   _walk(rng, sum(lengths)), lengths=lengths, components=count, length=length))
+                   walk(rng, sum(lengths)), lengths=lengths, components=count, length=length))
     strong, weak = rng.standard_normal((2, 12))
     sizes = rng.standard_normal((5, 2)) * [1.0, 1e-3]
     found.append(called("a weak direction beside a strong one",
@@ -234,7 +235,7 @@ def continuous(rng: np.random.Generator) -> list[Sample]:
 def efforts(rng: np.random.Generator) -> list[Sample]:
     """Frames and joints, and other frame rates."""
     found = along({"frames": 6, "joints": 2}, lambda frames, joints:
-                  called("", _walk(rng, frames, 3 * joints).reshape(frames, joints, 3), fps=30.0),
+                  called("", walk(rng, frames, 3 * joints).reshape(frames, joints, 3), fps=30.0),
                   (*SIZES[2:], 511, 513, 1025))
-    return found + [called(f"{fps:g} frames a second", _walk(rng, 9, 6).reshape(9, 2, 3), fps=fps)
+    return found + [called(f"{fps:g} frames a second", walk(rng, 9, 6).reshape(9, 2, 3), fps=fps)
                     for fps in (1.0, 24.0, 119.88, 2000.0, 1e5)]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..holden2017 import losses, objective
-from ..motion.features import FEATURES, TURN
+from ..motion.features import FEATURES
 from ..motion.joints import BONES
 from . import (definitions_holden as definitions, functions_holden as functions,
                ground_holden as ground, ground_total)
@@ -66,32 +66,26 @@ def _style_samples(rng):
             called("sums of squares", n((2, 3, 3)), n((2, 3, 4)), reading="sum_squares")]
 
 
-def _motion(rng, frames=4):
-    motion = rng.standard_normal((2, FEATURES, frames)) * 5
-    motion[:, TURN] *= 0.1
-    return motion
-
-
 def _foot_samples(rng):
     contacts = rng.random((2, 4, 4)) < 0.6
-    return [called("plain", _motion(rng), contacts),
-            called("no contact", _motion(rng), np.zeros((2, 4, 4), bool)),
-            called("one frame", _motion(rng, frames=1), np.ones((2, 4, 1), bool)),
+    return [called("plain", ground.moving(rng), contacts),
+            called("no contact", ground.moving(rng), np.zeros((2, 4, 4), bool)),
+            called("one frame", ground.moving(rng, frames=1), np.ones((2, 4, 1), bool)),
             called("with a target",
-                   _motion(rng), contacts, target=rng.standard_normal((2, 4, 3, 3)))]
+                   ground.moving(rng), contacts, target=rng.standard_normal((2, 4, 3, 3)))]
 
 
 def _bone_samples(rng):
     lengths, still = rng.uniform(1, 9, len(BONES)), np.zeros((1, FEATURES, 2))
-    return [called("plain", _motion(rng), lengths=lengths),
+    return [called("plain", ground.moving(rng), lengths=lengths),
             ruled("bones of length 0", (still,),
                   [2 * np.sum(lengths ** 2)], [3.0], still, attributes={"lengths": lengths})]
 
 
 def _trajectory_samples(rng):
-    return [called("plain", _motion(rng), wanted=rng.standard_normal((2, 3, 4))),
+    return [called("plain", ground.moving(rng), wanted=rng.standard_normal((2, 3, 4))),
             called("turn weight",
-                   _motion(rng), wanted=rng.standard_normal((2, 3, 4)), turn_weight=100.0)]
+                   ground.moving(rng), wanted=rng.standard_normal((2, 3, 4)), turn_weight=100.0)]
 
 
 def _total_samples(rng):

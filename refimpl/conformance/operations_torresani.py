@@ -18,17 +18,12 @@ from .specification import called, operation, refused
 SOLVED = 1e3
 
 
-def _walk(rng, frames, angles=3):
-    """A smooth sequence: steps of a random walk."""
-    return rng.standard_normal((frames, angles)).cumsum(axis=0) * 0.2
-
-
 def _pair_samples(rng):
-    X = _walk(rng, 9)
-    return [called("plain", X, _walk(rng, 6)), called("the same twice", X, X.copy()),
-            called("one frame each", _walk(rng, 1), _walk(rng, 1)),
-            called("one frame against many", _walk(rng, 1), _walk(rng, 5)),
-            called("one angle", _walk(rng, 7, 1), _walk(rng, 12, 1)),
+    X = ground.walk(rng, 9)
+    return [called("plain", X, ground.walk(rng, 6)), called("the same twice", X, X.copy()),
+            called("one frame each", ground.walk(rng, 1), ground.walk(rng, 1)),
+            called("one frame against many", ground.walk(rng, 1), ground.walk(rng, 5)),
+            called("one angle", ground.walk(rng, 7, 1), ground.walk(rng, 12, 1)),
             called("all ways equal", np.zeros((4, 2)), np.zeros((6, 2))),
             called("a tie between p-1 and q-1",
                    np.array([[2.0], [0], [2], [1], [2]]), np.array([[2.0], [1], [1], [2], [1]])),
@@ -48,8 +43,8 @@ def _cluster_samples(rng):
 
 
 def _interpolation_samples(rng):
-    X, Y = _walk(rng, 14), _walk(rng, 9)
-    roots = [_walk(rng, len(x), 4) for x in (X, Y)]
+    X, Y = ground.walk(rng, 14), ground.walk(rng, 9)
+    roots = [ground.walk(rng, len(x), 4) for x in (X, Y)]
     path = plain.dtw_path(X, Y)
     far, far_too = (root + [0, 0, 0, 2 * np.pi * 3] for root in roots[::-1])
     return [called("half", X, Y, *roots, path, alpha=0.5),
@@ -63,20 +58,21 @@ def _interpolation_samples(rng):
 
 def _segment_samples(rng):
     lengths = (5, 3, 4)
-    frames = _walk(rng, 12)
+    frames = ground.walk(rng, 12)
     pieces = plain.sequences(frames, lengths)
     Y = (np.concatenate([pieces[2], pieces[0], pieces[0], pieces[1]])
          + 0.01 * rng.standard_normal((17, 3)))
     return [called("known fragments and noise", Y, frames, lengths=lengths),
-            called("something else", _walk(rng, 20), frames, lengths=lengths),
+            called("something else", ground.walk(rng, 20), frames, lengths=lengths),
             called("one frame", Y[:1], frames, lengths=lengths),
             called("one fragment of one frame", Y[:4], frames[:1], lengths=(1,)),
             called("all equal", np.zeros((6, 2)), np.zeros((5, 2)), lengths=(2, 3))]
 
 
 def _component_samples(rng):
-    return [called("plain", _walk(rng, 30), lengths=(9, 6, 8, 7), components=2, length=5),
-            called("one component", _walk(rng, 11), lengths=(1, 4, 6), components=1, length=1)]
+    return [called("plain", ground.walk(rng, 30), lengths=(9, 6, 8, 7), components=2, length=5),
+            called("one component",
+                   ground.walk(rng, 11), lengths=(1, 4, 6), components=1, length=1)]
 
 
 def _kernel_samples(rng):
@@ -169,8 +165,8 @@ def _alpha_samples(rng):
 
 
 def _measure_samples(rng):
-    return [called("plain", _walk(rng, 12, 15).reshape(12, 5, 3), fps=30.0),
-            called("four frames", _walk(rng, 4, 3).reshape(4, 1, 3), fps=60.0),
+    return [called("plain", ground.walk(rng, 12, 15).reshape(12, 5, 3), fps=30.0),
+            called("four frames", ground.walk(rng, 4, 3).reshape(4, 1, 3), fps=60.0),
             called("standing", np.ones((6, 2, 3)), fps=30.0)]
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..motion.features import FEATURES, TURN
 from . import definitions_transfer as definitions, functions_transfer as functions
-from .operations_holden import _motion
+from .ground_holden import moving
 from .specification import called, operation
 
 
@@ -20,7 +20,7 @@ def _loss_network(rng, units=3):
 
 
 def _features(rng, frames):
-    return _motion(rng, frames)[0].T.copy()
+    return moving(rng, frames=frames)[0].T.copy()
 
 
 def _stylised_samples(rng):
