@@ -27,6 +27,7 @@ from . import score
 from .options import OutputFolder, pattern
 from .progress import Progress
 
+LEFT = "style left (content = 1)"
 REFEREE = 1000                                                  # the seed of its network
 EMBEDDED = problem.Roles("_00[01]$", "_00[23]$", "_00[56]$", "_000$", "_001$")
 
@@ -136,15 +137,13 @@ def problem_rows(arguments: argparse.Namespace, split: problem.Split, referee: M
             looked[id(motion)] = features_on(motion.positions, referee.body, motion.contacts)
         return looked[id(motion)]
     for row, entry in zip(scored, entries):
-        row["style left (content = 1)"] = problem.left(
+        row[LEFT] = problem.left(
             _look(entry.result), _look(entry.content), _look(entry.exemplar), referee)
     of_results = [row for row in scored if row["row"] == "result"]
     rows = [row for row in scored if row["row"] == "system"]
     for row in rows:
-        own = [r for r in of_results if r["system"] == row["system"]]
-        row |= {k: v for k, v in nulls.summary([{
-            "style asked for": r["style asked for"],
-            "style left (content = 1)": r["style left (content = 1)"]} for r in own]).items()}
+        row |= nulls.summary([{key: r[key] for key in ("style asked for", LEFT)}
+                              for r in of_results if r["system"] == row["system"]])
     score.print_systems(rows, judges)
     for style in made:
         for system in dict.fromkeys(r["system"] for r in of_results):
@@ -154,7 +153,7 @@ def problem_rows(arguments: argparse.Namespace, split: problem.Split, referee: M
                              **{key: float(np.mean([r[key] for r in own])) for key in (
                                  "style seen by joints", "content seen by joints", "path met")},
                              **{key: float(np.median([r[key] for r in own])) for key in (
-                                 "style left (content = 1)", "movement kept (correlation)")}})
+                                 LEFT, "movement kept (correlation)")}})
     return [{"table": "problem", **score.plain(row)} for row in rows], judges.facts
 
 

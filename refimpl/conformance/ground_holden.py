@@ -208,9 +208,9 @@ def bones(rng: np.random.Generator, given: bool = True, numbers: int = FEATURES)
            ((2, 1), (1, 2), (2, 6)), BONES[::-1])
     for number, pairs in enumerate(own if given else ()):
         p = moving(rng, 2, 3)
-        apart = p[:, :63].reshape(2, JOINTS, 3, 3)
+        places = p[:, :63].reshape(2, JOINTS, 3, 3)
         a, b = np.array(pairs).T
-        lengths = np.linalg.norm(apart[:, a] - apart[:, b], axis=2).mean(axis=(0, 2))
+        lengths = np.linalg.norm(places[:, a] - places[:, b], axis=2).mean(axis=(0, 2))
         found.append(called(f"other bones {number}", p, lengths=lengths, bones=pairs))
     return found + ([called("lengths wanted of 0", moving(rng, 2, 3),
                             lengths=np.arange(len(BONES)) % 2 * 3.0)] if given else [])
