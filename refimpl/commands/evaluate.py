@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..experiments import evaluate
+from ..experiments.evaluate import EvaluationError
 from ..experiments.score import motion_of
 from ..holden2016 import bridge
 from ..styles.files import load_style
@@ -69,7 +70,7 @@ def run(arguments: argparse.Namespace) -> None:
     """
     arguments.out = Path(arguments.out)
     if bool(arguments.network) != bool(arguments.preprocess):
-        raise evaluate.EvaluationError(
+        raise EvaluationError(
             "evaluate: found one of --network and --preprocess, needed both or neither")
     network = bridge.read(arguments.network, arguments.preprocess) if arguments.network else None
     dataset = load_dataset(arguments.motions)
@@ -129,16 +130,15 @@ def _check(styles, dataset, arguments):
     first = _known_by(styles[0].manifold)
     for path, style in zip(arguments.styles, styles):
         if not all(map(np.array_equal, _known_by(style.manifold), first)):
-            raise evaluate.EvaluationError(
+            raise EvaluationError(
                 f"{path}: found another loss network or normaliser than in {arguments.styles[0]}, "
                 "needed the same for all")
     if len({style.name for style in styles}) < len(styles):
-        raise evaluate.EvaluationError(
+        raise EvaluationError(
             f"found styles {', '.join(s.name for s in styles)}, needed each style once")
     if arguments.content_style not in dataset.styles:
-        raise evaluate.EvaluationError(
-            f"--content-style: found {arguments.content_style!r}, needed one of "
-            f"{', '.join(dataset.styles)}")
+        raise EvaluationError(f"--content-style: found {arguments.content_style!r}, needed one of "
+                              f"{', '.join(dataset.styles)}")
 
 
 def _contents(dataset, style, paths, arguments):
@@ -146,14 +146,14 @@ def _contents(dataset, style, paths, arguments):
     found = [c for c in dataset.select(style=arguments.content_style, held_out=True)
              if c.content in style.contents]
     if not found:
-        raise evaluate.EvaluationError(
+        raise EvaluationError(
             f"{arguments.motions}: found no clip of style {arguments.content_style!r} held out for "
             f"{', '.join(style.contents)}, needed some to try the networks on; prepare with a "
             "larger --hold-out")
     missing = [c.name for c in found if piece_named(c.name, paths) is None]
     if missing:
-        raise evaluate.EvaluationError(f"{arguments.folder}: found no {missing[0]}.bvh, needed the "
-                                       "folder that MOTIONS.npz was made of")
+        raise EvaluationError(f"{arguments.folder}: found no {missing[0]}.bvh, needed the "
+                              "folder that MOTIONS.npz was made of")
     turns = sorted(found, key=lambda c: (sum(o.content == c.content and o.name < c.name
                                              for o in found), c.content))
     return turns[:arguments.most]

@@ -5,7 +5,6 @@ figures.
 import argparse
 from collections.abc import Mapping, Sequence
 import csv
-import io
 from pathlib import Path
 from typing import Any
 
@@ -183,9 +182,7 @@ def _write_results(split, out, files, made):
                         _line(content, files[real], problem.OTHER_TAKE)
         progress.step(style)
     with atomic_write(out / "table.csv") as file:
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows(lines)
-        file.write(text.getvalue())
+        csv.writer(file, lineterminator="\n").writerows(lines)
     return out / "table.csv"
 
 
