@@ -25,12 +25,12 @@ def _body(rng, up="y", carrier=1):
 
 def _performance(rng, frames, joints=5, still=()):
     """Smooth angles and a way over the floor."""
-    angles = rng.standard_normal((frames, joints, 3)).cumsum(axis=0) * 0.1
-    angles = plain._smoothed(angles.reshape(frames, -1), 2.0) if frames > 1 else (
-        angles.reshape(frames, -1))
-    angles = np.array(angles).reshape(frames, joints, 3)
-    angles[:, list(still)] = 0.0
-    return angles.reshape(frames, -1), rng.standard_normal((frames, 4)).cumsum(axis=0) * 0.15
+    angles = rng.standard_normal((frames, 3 * joints)).cumsum(axis=0) * 0.1
+    if frames > 1:
+        angles = np.array(plain._smoothed(angles, 2.0))
+    for joint in still:
+        angles[:, 3 * joint:3 * joint + 3] = 0.0
+    return angles, rng.standard_normal((frames, 4)).cumsum(axis=0) * 0.15
 
 
 def _performances(rng, lengths, still=(0,)):
@@ -43,9 +43,8 @@ def _clip_samples(rng):
         T, J = sum(lengths), len(parents)
         steps = rng.standard_normal((T, J, 3)) * jump
         R = learning.exponential_map(steps.cumsum(axis=0) + rng.standard_normal((J, 3)) * 0.3)
-        R[:, free[0]] = np.array([learning.exponential_map(np.array([0, 0, angle]) if tall == 2 else
-                                                           np.array([0, angle, 0])) @ M
-                                  for angle, M in zip(np.arange(T) * turn, R[:, free[0]])])
+        about = np.outer(np.arange(T) * turn, np.eye(3)[tall])
+        R[:, free[0]] = learning.exponential_map(about) @ R[:, free[0]]
         bones = rng.standard_normal((J, 3)) * np.where(np.arange(3) == tall, 3.0, 0.4)
         bones = np.stack([bones * (1.0 if n == 0 else sizes) for n in range(len(lengths))])
         return called(label, R, rng.standard_normal((T, 3)).cumsum(axis=0),

@@ -133,6 +133,12 @@ def read_as(loss: Function, other: str) -> Function:
         a, b, **weight, reading=other if reading != other else "norm")
 
 
+def readings(loss: Function) -> list[tuple[str, Function]]:
+    """The bars of equation 4 or 5 read otherwise."""
+    return [("means of squares for norms and back, the 2016 code's", read_as(loss, "mean_squares")),
+            ("sums of squares for norms and back", read_as(loss, "sum_squares"))]
+
+
 RIVALS: dict[str, list[tuple[str, Function]]] = {
     "conv1d": [
         ("a flipped filter, as Theano convolves", flipped(nn.conv1d)),
@@ -187,14 +193,9 @@ RIVALS: dict[str, list[tuple[str, Function]]] = {
          lambda d, h, chosen, width=2: nn.avg_depool1d_backward(d, h, width)),
         ("the gradient of both frames together",
          lambda d, h, chosen, width=2: nn.avg_depool1d_backward(d, h, width) * width)],
-    "content_loss": [
-        ("means of squares for norms and back, the 2016 code's",
-         read_as(losses.content_loss, "mean_squares")),
-        ("sums of squares for norms and back", read_as(losses.content_loss, "sum_squares"))],
+    "content_loss": readings(losses.content_loss),
     "style_loss": [
-        ("means of squares for norms and back, the 2016 code's",
-         read_as(losses.style_loss, "mean_squares")),
-        ("sums of squares for norms and back", read_as(losses.style_loss, "sum_squares")),
+        *readings(losses.style_loss),
         ("Gram matrices divided by the frames",
          lambda g, h, **how: losses.style_loss(g, h / np.sqrt(h.shape[2]), **how))],
     "foot_loss": [("equation 7 without its rotation term", foot_without_rotation)],

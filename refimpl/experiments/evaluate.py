@@ -93,22 +93,23 @@ def carry_out(take: Take, exemplars: Sequence[np.ndarray], style: Style,
     content = there.features
     stylise(content, style, networks=networks)             # its spectra are kept for all clips
     if network is not None:
-        began = time.perf_counter()
-        result = bridge.transfer(take, decode(exemplars[0], Start()), network, clean=False,
-                                 seed=seed)
-        yield CODED, result, time.perf_counter() - began
-    began = time.perf_counter()
-    moved = stylised_features(there, take.contacts, exemplars, manifold, settings, seed=seed,
-                              networks=networks)
-    seconds = time.perf_counter() - began
+        yield CODED, *_timed(lambda: bridge.transfer(
+            take, decode(exemplars[0], Start()), network, clean=False, seed=seed))
+    moved, seconds = _timed(lambda: stylised_features(
+        there, take.contacts, exemplars, manifold, settings, seed=seed, networks=networks))
     yield OWN, onto_skeleton(take, there, moved), seconds
-    began = time.perf_counter()
-    stylise(content, style, networks=networks)
-    seconds = time.perf_counter() - began
+    _, seconds = _timed(lambda: stylise(content, style, networks=networks))
     yield "2017 T(I), raw", transfer(
         take, style, projected=False, clean=False, networks=networks), seconds
     yield "2017", transfer(take, style, networks=networks), seconds
     yield "2017, own pace", transfer(take, style, own_pace=True, networks=networks), seconds
+
+
+def _timed(work):
+    """->  what it makes, and how many seconds it takes"""
+    began = time.perf_counter()
+    made = work()
+    return made, time.perf_counter() - began
 
 
 def read_back(clip: Clip, path: str | Path) -> Track:
@@ -215,9 +216,7 @@ def timings(features: np.ndarray, contacts: np.ndarray, exemplars: Sequence[np.n
         works["2017"]()
         for _ in range(repeats):
             for name, work in works.items():
-                began = time.perf_counter()
-                work()
-                seconds[name].append(time.perf_counter() - began)
+                seconds[name].append(_timed(work)[1])
         medians = {name: float(np.median(s)) for name, s in seconds.items()}
         lines.append({"frames": count, **medians, "ratio": medians[OWN] / medians["2017"]})
     return lines
