@@ -131,19 +131,16 @@ def _form(failures):
     def _shapes(case, _):
         ndim = max(np.ndim(y) for y in case.found + case.expected)
         for k in range(ndim):
-            for text, change in ((f"{axis_name(k, ndim)} was kept, with length 1",
-                                  lambda y: np.expand_dims(y, k)),
-                                 (f"{axis_name(k, ndim)} was summed away",
-                                  lambda y: np.sum(y, axis=k)),
-                                 (f"{axis_name(k, ndim)} was averaged away",
-                                  lambda y: np.mean(y, axis=k)),
-                                 (f"the first position of {axis_name(k, ndim)} is missing",
-                                  lambda y: np.delete(y, 0, axis=k)),
-                                 (f"the last position of {axis_name(k, ndim)} is missing",
-                                  lambda y: np.delete(y, -1, axis=k))):
+            axis = axis_name(k, ndim)
+            for text, change in (
+                    (f"{axis} was kept, with length 1", lambda y: np.expand_dims(y, k)),
+                    (f"{axis} was summed away", lambda y: np.sum(y, axis=k)),
+                    (f"{axis} was averaged away", lambda y: np.mean(y, axis=k)),
+                    (f"the first position of {axis} is missing", lambda y: np.delete(y, 0, k)),
+                    (f"the last position of {axis} is missing", lambda y: np.delete(y, -1, k))):
                 yield text, _each(change, case.expected)
             for m in range(k):
-                yield (f"{axis_name(m, ndim)} and {axis_name(k, ndim)} are exchanged",
+                yield (f"{axis_name(m, ndim)} and {axis} are exchanged",
                        _each(lambda y: np.swapaxes(y, m, k), case.expected))
         yield "it was flattened", _each(np.ravel, case.expected)
     text = _common(failures, _shapes)
