@@ -109,26 +109,24 @@ def run_check(arguments: argparse.Namespace) -> int:
         print("\n".join(listed()))
         return 0
     operations = _names("--operations", arguments.operations)
-    if arguments.stub is not None:
+    if arguments.golden is None or arguments.stub is not None:
         for name in operations or ():
             known_operation(name)
+    if arguments.stub is not None:
         print(stub(arguments.stub, operations), end="")
         return 0
     if arguments.command is not None and (arguments.backend is not None or arguments.in_process):
         raise ValueError(f"--command: found {arguments.backend or '--in-process'} beside it, "
                          "needed one thing to judge, in a process of its own; leave one out")
     if arguments.golden is not None:
-        if arguments.seed is not None:
-            raise ValueError(f"--seed: found {arguments.seed} beside --golden, whose vectors have "
-                             "their seed; leave it out")
-        if arguments.profile is not None:
-            raise ValueError(f"--profile: found {arguments.profile} beside --golden, whose vectors "
-                             "are what they are; leave it out")
+        for option, why in (("seed", "have their seed"), ("profile", "are what they are")):
+            value = getattr(arguments, option)
+            if value is not None:
+                raise ValueError(f"--{option}: found {value} beside --golden, whose vectors {why}; "
+                                 "leave it out")
         return _judge(arguments, *_golden_cases(arguments.golden, operations))
     if arguments.backend is None and arguments.command is None:
         return _verify(arguments, arguments.seed or 0, operations)
-    for name in operations or ():
-        known_operation(name)
     return _judge(arguments, None, [], operations)
 
 
@@ -146,27 +144,18 @@ def _golden_cases(folder, operations):
     """->  cases, complaints"""
     found, complaints = read_folder(folder)
     complaints = complaints or list(objections(folder, found))
-    if operations is not None and not complaints:
-        for name in operations:
-            if name not in {case.operation.name for case in found}:
-                raise ValueError(f"--operations: found {name!r}, needed an operation of {folder}"
-                                 + meant(name, {case.operation.name for case in found}))
+    there = {case.operation.name for case in found}
+    for name in operations or () if not complaints else ():
+        if name not in there:
+            raise ValueError(f"--operations: found {name!r}, needed an operation of {folder}"
+                             + meant(name, there))
     return [c for c in found if operations is None or c.operation.name in operations], complaints
-
-
-def _functions(operations):
-    """What is judged of some operations.   ->  set of str"""
-    return {function for function in reference().functions
-            if function.removesuffix("_backward") in operations}
 
 
 def _required(text, there):
     """Functions that must be there.   ->  set of str"""
-    names = _names("--require", text)
-    if names is None:
-        return set()
     found = set()
-    for name in names:
+    for name in _names("--require", text) or ():
         functions = there if name == "all" else {name} & there
         if not functions:
             raise ValueError(f"--require: found {name!r}, needed all, or a function that is judged "
@@ -180,7 +169,9 @@ def _judge(arguments, chosen, complaints, operations=None):
     patterns = read_expected_failures(arguments.xfail) if arguments.xfail is not None else ()
     names = list(operations or OPERATIONS) if chosen is None else list(
         dict.fromkeys(case.operation.name for case in chosen))
-    there = _functions(names) if chosen is None else {case.function for case in chosen}
+    there = {case.function for case in chosen} if chosen is not None else {
+        function for function in reference().functions
+        if function.removesuffix("_backward") in names}
     required = _required(arguments.require, there) if there or not complaints else set()
     if chosen is None:
         chosen = (case for name in names for case in cases(
@@ -243,7 +234,6 @@ def _verify(arguments, seed, operations):
         if getattr(arguments, option) is not None:
             raise ValueError(f"--{option}: found it without a backend or --golden, of which it "
                              "speaks; leave it out")
-    cases(seed=seed, operations=operations)             # refuses an unknown name before any work
     found = []
     progress = Progress(len(operations or OPERATIONS), "operation")
     for one in verify(seed=seed, operations=operations):

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..experiments import evaluate
+from ..experiments.evaluate import EvaluationError
 from ..experiments.score import motion_of
 from ..holden2016 import bridge
 from ..styles.files import load_style
@@ -24,18 +25,16 @@ DESCRIPTION = """Stylise every clip that was kept out of training by every style
 optimisation, write the results, read them again and measure them. The judges are fitted on clips
 that no network learnt on: train with --clips and --exemplars that leave some."""
 
-_STYLE_COLUMNS = (
-    ("system", "{}"), ("clips", "{}"), ("style by gram", "{:.1%}"), ("style by joints", "{:.1%}"),
-    ("content by gram", "{:.1%}"), ("content by joints", "{:.1%}"),
-    ("style distance left", "{:.1%}"), ("content distance", "{:.1f}"),
-    ("Fréchet distance", "{:.1f}"))
-_FEET_COLUMNS = (
-    ("system", "{}"), ("slide (legs/s)", "{:.2f}"), ("lowest foot (legs)", "{:+.3f}"),
-    ("bones off (share)", "{:.1e}"), ("hips width off (share)", "{:.1e}"),
-    ("path error (legs)", "{:.2f}"), ("path met", "{:.0%}"), ("timing off (s)", "{:.2f}"),
-    ("movement kept (correlation)", "{:.2f}"), ("jerk / real", "{:.2f}"),
-    ("largest acceleration (legs/s^2)", "{:.0f}"), ("ends off (ratio)", "{:.1f}"),
-    ("frames/s", "{:,.0f}"))
+_STYLE_COLUMNS = (("system", "{}"), ("clips", "{}"), ("style by gram", "{:.1%}"),
+                  ("style by joints", "{:.1%}"), ("content by gram", "{:.1%}"),
+                  ("content by joints", "{:.1%}"), ("style distance left", "{:.1%}"),
+                  ("content distance", "{:.1f}"), ("Fréchet distance", "{:.1f}"))
+_FEET_COLUMNS = (("system", "{}"), ("slide (legs/s)", "{:.2f}"), ("lowest foot (legs)", "{:+.3f}"),
+                 ("bones off (share)", "{:.1e}"), ("hips width off (share)", "{:.1e}"),
+                 ("path error (legs)", "{:.2f}"), ("path met", "{:.0%}"),
+                 ("timing off (s)", "{:.2f}"), ("movement kept (correlation)", "{:.2f}"),
+                 ("jerk / real", "{:.2f}"), ("largest acceleration (legs/s^2)", "{:.0f}"),
+                 ("ends off (ratio)", "{:.1f}"), ("frames/s", "{:,.0f}"))
 
 
 def add_commands(commands: Any) -> None:
@@ -71,7 +70,7 @@ def run(arguments: argparse.Namespace) -> None:
     """
     arguments.out = Path(arguments.out)
     if bool(arguments.network) != bool(arguments.preprocess):
-        raise evaluate.EvaluationError(
+        raise EvaluationError(
             "evaluate: found one of --network and --preprocess, needed both or neither")
     network = bridge.read(arguments.network, arguments.preprocess) if arguments.network else None
     dataset = load_dataset(arguments.motions)
@@ -131,16 +130,15 @@ def _check(styles, dataset, arguments):
     first = _known_by(styles[0].manifold)
     for path, style in zip(arguments.styles, styles):
         if not all(map(np.array_equal, _known_by(style.manifold), first)):
-            raise evaluate.EvaluationError(
+            raise EvaluationError(
                 f"{path}: found another loss network or normaliser than in {arguments.styles[0]}, "
                 "needed the same for all")
     if len({style.name for style in styles}) < len(styles):
-        raise evaluate.EvaluationError(
+        raise EvaluationError(
             f"found styles {', '.join(s.name for s in styles)}, needed each style once")
     if arguments.content_style not in dataset.styles:
-        raise evaluate.EvaluationError(
-            f"--content-style: found {arguments.content_style!r}, needed one of "
-            f"{', '.join(dataset.styles)}")
+        raise EvaluationError(f"--content-style: found {arguments.content_style!r}, needed one of "
+                              f"{', '.join(dataset.styles)}")
 
 
 def _contents(dataset, style, paths, arguments):
@@ -148,14 +146,14 @@ def _contents(dataset, style, paths, arguments):
     found = [c for c in dataset.select(style=arguments.content_style, held_out=True)
              if c.content in style.pairs]
     if not found:
-        raise evaluate.EvaluationError(
+        raise EvaluationError(
             f"{arguments.motions}: found no clip of style {arguments.content_style!r} held out for "
             f"{', '.join(style.pairs)}, needed some to try the networks on; prepare with a "
             "larger --hold-out")
     missing = [c.name for c in found if piece_named(c.name, paths) is None]
     if missing:
-        raise evaluate.EvaluationError(f"{arguments.folder}: found no {missing[0]}.bvh, needed the "
-                                       "folder that MOTIONS.npz was made of")
+        raise EvaluationError(f"{arguments.folder}: found no {missing[0]}.bvh, needed the "
+                              "folder that MOTIONS.npz was made of")
     turns = sorted(found, key=lambda c: (sum(o.content == c.content and o.name < c.name
                                              for o in found), c.content))
     return turns[:arguments.most]

@@ -31,7 +31,6 @@ _READINGS = (("groups", "mean_squares", 0.01), ("groups", "mean_squares", 0.0213
              ("2016", "mean_squares", 0.01), ("2016", "norm", 0.06))
 SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
 LOSS_NETWORKS = (("average", "groups"), ("random", "groups"), ("random", "2016"))
-REFEREE = 1000                                                  # the seed of its network
 _PROJECTION_COLUMNS = ("error", "jerk", "path", "path at most", "noisy error", "noisy jerk",
                        "noise jerk")
 _STYLE_COLUMNS = ("left", "seen", "content seen", "jerk", "path", "path / way", "met", "speed",
@@ -132,7 +131,7 @@ def _tables(arguments, ground, styles, chosen):
 def _style_rows(arguments, ground, styles, network, name, ways):
     """Each style by each way, and what the content and real takes would get."""
     progress = Progress(arguments.seeds * len(styles) * len(ways), "style network")
-    rows, referee = [], network(REFEREE)
+    rows, referee = [], network(problem.REFEREE)
     tasks = [(seed, style, network(seed, form=form), *how) for seed in range(arguments.seeds)
              for style in styles for form, *how in ways]
     learnt = each(arguments.processes, _learnt, tasks, ground, referee, {

@@ -5,7 +5,6 @@ figures.
 import argparse
 from collections.abc import Mapping, Sequence
 import csv
-import io
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +26,7 @@ from . import score
 from .options import OutputFolder, pattern
 from .progress import Progress
 
+LEFT = "style left (content = 1)"
 REFEREE = 1000                                                  # the seed of its network
 EMBEDDED = problem.Roles("_00[01]$", "_00[23]$", "_00[56]$", "_000$", "_001$")
 
@@ -76,8 +76,7 @@ def shared_out(arguments: argparse.Namespace, takes: Mapping[str, Take],
                labels: Mapping[str, tuple[str, str]], styles: list[str]) -> problem.Split:
     """The clips by what they are for.   Raises ValueError where a style has no exemplar."""
     roles = (problem.Roles(arguments.learn, arguments.judge, arguments.kept_out,
-                           arguments.exemplars, arguments.others)
-             if arguments.folder else EMBEDDED)
+                           arguments.exemplars, arguments.others) if arguments.folder else EMBEDDED)
     split = problem.split(takes, labels, roles, styles, arguments.contents)
     for part in ("learn", "judges", "contents"):
         if not split.parts[part]:
@@ -137,15 +136,13 @@ def problem_rows(arguments: argparse.Namespace, split: problem.Split, referee: M
             looked[id(motion)] = features_on(motion.positions, referee.body, motion.contacts)
         return looked[id(motion)]
     for row, entry in zip(scored, entries):
-        row["style left (content = 1)"] = problem.left(
+        row[LEFT] = problem.left(
             _look(entry.result), _look(entry.content), _look(entry.exemplar), referee)
     of_results = [row for row in scored if row["row"] == "result"]
     rows = [row for row in scored if row["row"] == "system"]
     for row in rows:
-        own = [r for r in of_results if r["system"] == row["system"]]
-        row |= {k: v for k, v in nulls.summary([{
-            "style asked for": r["style asked for"],
-            "style left (content = 1)": r["style left (content = 1)"]} for r in own]).items()}
+        row |= nulls.summary([{key: r[key] for key in ("style asked for", LEFT)}
+                              for r in of_results if r["system"] == row["system"]])
     score.print_systems(rows, judges)
     for style in made:
         for system in dict.fromkeys(r["system"] for r in of_results):
@@ -155,7 +152,7 @@ def problem_rows(arguments: argparse.Namespace, split: problem.Split, referee: M
                              **{key: float(np.mean([r[key] for r in own])) for key in (
                                  "style seen by joints", "content seen by joints", "path met")},
                              **{key: float(np.median([r[key] for r in own])) for key in (
-                                 "style left (content = 1)", "movement kept (correlation)")}})
+                                 LEFT, "movement kept (correlation)")}})
     return [{"table": "problem", **score.plain(row)} for row in rows], judges.facts
 
 
@@ -185,9 +182,7 @@ def _write_results(split, out, files, made):
                         _line(content, files[real], problem.OTHER_TAKE)
         progress.step(style)
     with atomic_write(out / "table.csv") as file:
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows(lines)
-        file.write(text.getvalue())
+        csv.writer(file, lineterminator="\n").writerows(lines)
     return out / "table.csv"
 
 

@@ -43,10 +43,9 @@ def add_commands(commands: Any) -> None:
                          help="columns content,style,result, and system where there are several; "
                               "content_label and style_label where file names do not tell them")
     command.add_argument("--judges", metavar="FOLDER", nargs="+", type=InputPath, default=[],
-                         help="labelled clips to fit the judges on, or one MOTIONS.npz of "
-                              "`refimpl prepare`; of each class of four and more a quarter (of "
-                              "MOTIONS.npz what is held out) is kept back, to tell how often they "
-                              "are right")
+                         help="labelled clips to fit the judges on, or one MOTIONS.npz of `refimpl "
+                              "prepare`; of each class of four and more a quarter (of MOTIONS.npz "
+                              "what is held out) is kept back, to tell how often they are right")
     labels = command.add_mutually_exclusive_group()
     labels.add_argument("--labels", metavar="LABELS.csv", type=InputPath,
                         help="header clip,content,style of the judges' clips")

@@ -17,8 +17,7 @@ from .backend import OPERATIONS, Backend, BackendError, as_backend, load_backend
 from .cases import Case, case, cases, parametrize
 from .judge import Outcome, judge, judge_all
 
-__all__ = [
-    "OPERATIONS", "Backend", "BackendError", "Case", "Outcome", "as_backend", "case", "cases",
-    "judge", "judge_all", "load_backend", "parametrize", "reference"]
+__all__ = ["OPERATIONS", "Backend", "BackendError", "Case", "Outcome", "as_backend",
+           "case", "cases", "judge", "judge_all", "load_backend", "parametrize", "reference"]
 
 __getattr__, __dir__ = opened(__name__)

@@ -39,8 +39,7 @@ def conventions(failures: Iterable[Any]) -> dict[str, str]:
         outcomes = list(group)
         if any(o.case.kind.startswith("same bits twice") for o in outcomes):
             continue
-        valued = [o for o in outcomes
-                  if o.case.expected is not None
+        valued = [o for o in outcomes if o.case.expected is not None
                   and o.case.kind.removesuffix(", float32") not in PROMISES]
         fits = {label: _fits(rival, valued) for label, rival in RIVALS.get(function, ())}
         able = {label: fit for label, fit in fits.items() if "explains" in fit}

@@ -109,16 +109,6 @@ class Case:
                       and names[output].lower().startswith("w"))
         return OF_FILTERS if of_filters else LEAST
 
-    def bounds(self) -> tuple[float, ...]:
-        """The largest of the kit's own allowances for each output, in units of its largest element
-        (of 1 where all are 0)."""
-        if self.exact:
-            return (EXACT,) * len(self.expected or ())
-        least = TOLERANCES[self.precision] * self.operation.tolerance
-        return tuple(max(least, float(np.max(allowed, initial=0.0)) / (largest(y) or 1.0))
-                     if y is not None else least
-                     for y, allowed in zip(self.expected or (), self.allowances()))
-
     def fresh(self, writeable: bool = True) -> tuple[tuple, dict[str, Any]]:
         """Copies of the arguments and attributes, laid out in memory as the case says."""
         attributes = copies(self.attributes.values(), writeable=writeable)

@@ -44,8 +44,7 @@ def _given(case, option):
     return str(values[name]) == value if equals else values[name] is not None
 
 
-def mistake(words: Any, functions: Iterable[str],
-            arguments: Mapping[str, Iterable[str]]) -> str:
+def mistake(words: Any, functions: Iterable[str], arguments: Mapping[str, Iterable[str]]) -> str:
     """What is wrong with words that a backend declares, "" where nothing is.
 
     functions : that may be named;  arguments : {function: names of its arguments and options}

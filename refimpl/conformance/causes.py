@@ -94,17 +94,13 @@ def first_wrong(function: str, wrong: set[str]) -> str:
     'gram'
     """
     name = function.removesuffix("_backward")
-    for part in PARTS.get(name, ()):
-        deeper = first_wrong(part, wrong)
-        if deeper:
-            return deeper
-        if part in wrong:
-            return part
+    parts = list(PARTS.get(name, ()))
     if function != name:
-        for part in reversed(PARTS.get(name, ())):
-            deeper = first_wrong(f"{part}_backward", wrong)
-            if deeper or f"{part}_backward" in wrong:
-                return deeper or f"{part}_backward"
+        parts += [f"{part}_backward" for part in reversed(parts)]
+    for part in parts:
+        deeper = first_wrong(part, wrong)
+        if deeper or part in wrong:
+            return deeper or part
     return ""
 
 

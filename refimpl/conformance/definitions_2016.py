@@ -9,32 +9,32 @@ from ..holden2016 import losses
 from ..holden2016.rows import POSITIONS, TRAJECTORY, TURN
 from ..motion.joints import FEET
 from . import definitions_nn as plain, definitions_smooth as smooth, functions_2016
+from .specification import Array
 
 KEPT_SHARE = 0.75
 PARENTS = (0, 1, 2, 3, 0, 5, 6, 7, 0, 9, 10, 11, 11, 13, 14, 15, 11, 17, 18, 19)   # of joints 1 ...
 
 
-def dropped(x: np.ndarray, kept: np.ndarray | None) -> np.ndarray:
+def dropped(x: Array, kept: Array | None) -> Array:
     """Dropout: what is kept, divided by the share that is kept on average."""
     return x if kept is None else np.where(np.asarray(kept) == 1, x / KEPT_SHARE, 0)
 
 
-def encode(X: np.ndarray, We: np.ndarray, be: np.ndarray, *,
-           kept: np.ndarray | None = None) -> np.ndarray:
+def encode(X: Array, We: Array, be: Array, *, kept: Array | None = None) -> Array:
     """Dropout, filters, bias, relu, the larger of two frames."""
     return plain.max_pool1d(plain.relu(plain.conv1d(dropped(X, kept), We, be)))
 
 
-def decode(H: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, chosen: np.ndarray | None = None,
-           kept: np.ndarray | None = None) -> np.ndarray:
+def decode(H: Array, Wd: Array, bd: Array, *, chosen: Array | None = None,
+           kept: Array | None = None) -> Array:
     """Depooling, dropout, filters of its own, bias."""
     D = plain.avg_depool1d(H) if chosen is None else plain.random_depool1d(H, chosen)
     return plain.conv1d(dropped(D, kept), Wd, bd)
 
 
-def autoencoder_loss(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray,
-                     *, kept: np.ndarray | None = None, chosen: np.ndarray | None = None,
-                     kept_hidden: np.ndarray | None = None) -> np.ndarray:
+def autoencoder_loss(X: Array, We: Array, be: Array, Wd: Array, bd: Array,
+                     *, kept: Array | None = None, chosen: Array | None = None,
+                     kept_hidden: Array | None = None) -> Array:
     """The mean squared error, and a share of the mean size of both filters, element by element."""
     again = decode(encode(X, We, be, kept=kept), Wd, bd, chosen=chosen, kept=kept_hidden)
     squares = ((again - X) ** 2).ravel()
@@ -44,7 +44,7 @@ def autoencoder_loss(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarr
                             for share, W in filters))
 
 
-def foot_loss(motion: np.ndarray, contacts: np.ndarray) -> np.ndarray:
+def foot_loss(motion: Array, contacts: Array) -> Array:
     """One foot and one step at a time, with the turning's sign as row 68 has it."""
     N, _, T = motion.shape
     result, count = np.zeros(N, motion.dtype), 4 * max(T - 1, 1)
@@ -61,7 +61,7 @@ def foot_loss(motion: np.ndarray, contacts: np.ndarray) -> np.ndarray:
     return result
 
 
-def bone_loss(motion: np.ndarray) -> np.ndarray:
+def bone_loss(motion: Array) -> Array:
     """The mean squared error of length, one bone and one frame at a time."""
     N, _, T = motion.shape
     result = np.zeros(N, motion.dtype)
@@ -73,27 +73,26 @@ def bone_loss(motion: np.ndarray) -> np.ndarray:
     return result
 
 
-def trajectory_loss(motion: np.ndarray, *, wanted: np.ndarray) -> np.ndarray:
+def trajectory_loss(motion: Array, *, wanted: Array) -> Array:
     """Ten times the mean squared error of three rows, one element at a time."""
     return np.array([10 * sum((m[TRAJECTORY.start + i, t] - w[i, t]) ** 2
                               for i, t in np.ndindex(w.shape)) / w.size
                      for m, w in zip(motion, wanted)])
 
 
-def search_loss(H: np.ndarray, *, content: np.ndarray, gram: np.ndarray,
-                amount: float = 0.1) -> np.ndarray:
+def search_loss(H: Array, *, content: Array, gram: Array, amount: float = 0.1) -> Array:
     """The weighted mean of two mean squared errors, one clip at a time."""
     return np.array([(amount * ((G - plain.gram(h[None])[0]) ** 2).mean() + ((C - h) ** 2).mean())
                      / (amount + 1) for h, C, G in zip(H, content, gram)])
 
 
-def constraint_loss(motion: np.ndarray, *, contacts: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def constraint_loss(motion: Array, *, contacts: Array, wanted: Array) -> Array:
     """The mean of the three, each in its own loops."""
     return (foot_loss(motion, contacts) + bone_loss(motion)
             + trajectory_loss(motion, wanted=wanted)) / 3
 
 
-def motion_to_rows(positions: np.ndarray) -> np.ndarray:
+def motion_to_rows(positions: Array) -> Array:
     """One joint of one frame at a time."""
     T = len(positions)
     lowest = [min(frame[FEET[1]][1], frame[FEET[3]][1]) for frame in positions]
@@ -116,7 +115,7 @@ def motion_to_rows(positions: np.ndarray) -> np.ndarray:
     return found
 
 
-def rows_to_motion(motion: np.ndarray) -> np.ndarray:
+def rows_to_motion(motion: Array) -> Array:
     """One frame after the other."""
     root, yaw, found = np.zeros(3), 0.0, []
     for row in motion:
@@ -126,7 +125,7 @@ def rows_to_motion(motion: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-def row_windows(motion: np.ndarray, *, length: int = 240, step: int = 120) -> np.ndarray:
+def row_windows(motion: Array, *, length: int = 240, step: int = 120) -> Array:
     """One row of one window at a time."""
     T, found = len(motion), []
     for begin in (t for t in range(T) if t % step == 0 and T - t > 30):
@@ -142,7 +141,7 @@ def row_windows(motion: np.ndarray, *, length: int = 240, step: int = 120) -> np
     return np.array(found).reshape(-1, length, 73)
 
 
-def row_normaliser(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def row_normaliser(windows: Array) -> tuple[Array, Array]:
     """Sums over all rows, number by number."""
     rows = [row for window in windows for row in window]
 
@@ -156,9 +155,8 @@ def row_normaliser(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             np.array([d or max(deviation) for d in deviation]))
 
 
-def train_network(We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, X: np.ndarray,
-                  order: np.ndarray, batch: int, rate: float,
-                  **chances: np.ndarray) -> tuple[np.ndarray, ...]:
+def train_network(We: Array, be: Array, Wd: Array, bd: Array, *, X: Array,
+                  order: Array, batch: int, rate: float, **chances: Array) -> tuple[Array, ...]:
     """The loss and its gradient, of each batch."""
     def _of(arrays, indices, epoch):
         own = {name: given[epoch, indices] for name, given in chances.items()}
@@ -167,18 +165,17 @@ def train_network(We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray
     return smooth.trained((We, be, Wd, bd), order, batch, [rate] * len(order), _of, lambda _: 1)
 
 
-def project(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarray,
-            bd: np.ndarray) -> np.ndarray:
+def project(X: Array, We: Array, be: Array, Wd: Array, bd: Array) -> Array:
     """There and back."""
     return decode(encode(X, We, be), Wd, bd)
 
 
-def joined_windows(windows: np.ndarray) -> np.ndarray:
+def joined_windows(windows: Array) -> Array:
     """One row after the other."""
     return np.array([window[t] for window in windows for t in range(60, 180)])
 
 
-def constrained_loss(H: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, mean: np.ndarray,
-                     deviation: np.ndarray, **targets: np.ndarray) -> np.ndarray:
+def constrained_loss(H: Array, Wd: Array, bd: Array, *, mean: Array,
+                     deviation: Array, **targets: Array) -> Array:
     """The decoded motion's."""
     return constraint_loss(decode(H, Wd, bd) * deviation[:, None] + mean[:, None], **targets)

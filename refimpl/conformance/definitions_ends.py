@@ -6,9 +6,10 @@ import numpy as np
 
 from .definitions_smooth import across, turned
 from .definitions_whole import _leg
+from .specification import Array
 
 
-def extended(positions: np.ndarray, *, frames: int) -> np.ndarray:
+def extended(positions: Array, *, frames: int) -> Array:
     """What follows the clip, and what follows it when it is told backwards."""
     track = list(positions)
     return np.array([*_after(track[::-1], frames)[::-1], *track, *_after(track, frames)])

@@ -11,12 +11,14 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import Polynomial
+from scipy.spatial.transform import Rotation
 
-from .definitions_torresani import distance, gaussian_kernel, kernel_ridge, linear_ridge, solved
+from .definitions_torresani import distance, gaussian_kernel, kernel_ridge, linear_ridge
+from .specification import Array
 
 
-def support_vectors(K: np.ndarray, y: np.ndarray, C: float,
-                    epsilon: float) -> tuple[np.ndarray, float]:
+def support_vectors(K: Array, y: Array, C: float, epsilon: float) -> tuple[Array, float]:
     """The dual problem of `torresani2006.svr`.   ->  beta (n,), b"""
     n, beta = len(y), np.zeros(len(y))
     for _ in range(400):
@@ -59,7 +61,7 @@ def _exact_solution(K, y, beta, C, epsilon):
         A = [[K[i, j] for j in free] + [1.0] for i in free] + [[1.0] * len(free) + [0.0]]
         right = [y[i] - s * epsilon - sum(K[i, k] * fixed[k] for k in range(n))
                  for i, s in zip(free, sign)] + [-sum(fixed)]
-        *values, b = solved(A, right)
+        *values, b = np.linalg.lstsq(A, right, 0.0)[0]
         found[free] = values
         if any(v * s < 0 or abs(v) > C for v, s in zip(values, sign)):
             return None
@@ -71,8 +73,8 @@ def _exact_solution(K, y, beta, C, epsilon):
     return found, b if free else (highest + lowest) / 2
 
 
-def support_vectors_without_bias(K: np.ndarray, y: np.ndarray, C: float,
-                                 epsilon: float) -> tuple[np.ndarray, float]:
+def support_vectors_without_bias(K: Array, y: Array, C: float,
+                                 epsilon: float) -> tuple[Array, float]:
     """The same with b = 0 and no condition on the sum, as a rival has it: one beta at a time until
     nothing moves.
     """
@@ -88,8 +90,8 @@ def support_vectors_without_bias(K: np.ndarray, y: np.ndarray, C: float,
 
 
 def support_vector_regression(
-        K: np.ndarray, y: np.ndarray, K_new: np.ndarray, *, C: float, epsilon: float,
-        solve: Callable[..., tuple[np.ndarray, float]] = support_vectors) -> tuple[Any, np.ndarray]:
+        K: Array, y: Array, K_new: Array, *, C: float, epsilon: float,
+        solve: Callable[..., tuple[Array, float]] = support_vectors) -> tuple[Any, Array]:
     """Sums over the support vectors that `solve` finds.   ->  dual objective, predictions"""
     beta, b = solve(K, y, C, epsilon)
     n = range(len(y))
@@ -98,8 +100,8 @@ def support_vector_regression(
     return dual, np.array([sum(row[i] * beta[i] for i in n) + b for row in K_new])
 
 
-def predicted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str, ridge: float = 0.0,
-                    gamma: float = 0.0, C: float = 0.0, epsilon: float = 0.0) -> np.ndarray:
+def predicted_style(Z: Array, Y: Array, new: Array, *, kind: str, ridge: float = 0.0,
+                    gamma: float = 0.0, C: float = 0.0, epsilon: float = 0.0) -> Array:
     """One effort after the other, on inputs in units of their standard deviation."""
     if kind == "linear interpolation":
         return np.array([[(1 - z[-1]) * z[k - 7] + z[-1] * z[k - 4] for k in range(3)]
@@ -125,7 +127,7 @@ def predicted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
     return np.array(results).T
 
 
-def exponential_map(v: np.ndarray) -> np.ndarray:
+def exponential_map(v: Array) -> Array:
     """exp(hat v) by its series."""
     out = np.zeros(v.shape + (3,))
     for index in np.ndindex(v.shape[:-1]):
@@ -137,29 +139,18 @@ def exponential_map(v: np.ndarray) -> np.ndarray:
     return out
 
 
-def rotation_vector(R: np.ndarray) -> np.ndarray:
-    """From the antisymmetric part, sin(t) u, and the trace, 1 + 2 cos(t); near half a turn u
-    from the symmetric part, (R + R^T)/2 - cos(t) I = (1 - cos t) u u^T.
-
-    Of the two vectors of exactly half a turn the one whose largest element is positive.
+def rotation_vector(R: Array) -> Array:
+    """As SciPy has it, but that of the two vectors of exactly half a turn the one is taken whose
+    largest element is positive.
     """
-    out = np.zeros(R.shape[:-1])
-    for index in np.ndindex(R.shape[:-2]):
-        M = R[index]
-        twice = np.array([M[2, 1] - M[1, 2], M[0, 2] - M[2, 0], M[1, 0] - M[0, 1]])
-        sine, cosine = 0.5 * math.sqrt(sum(twice ** 2)), 0.5 * (M[0, 0] + M[1, 1] + M[2, 2] - 1)
-        angle = math.atan2(sine, cosine)
-        if cosine > -0.9:
-            out[index] = 0.5 * twice if sine < 1e-9 else angle * 0.5 * twice / sine
-        else:
-            S = 0.5 * (M + M.T) - cosine * np.eye(3)                         # (1 - cos t) u u^T
-            k = max(range(3), key=lambda i: S[i, i])
-            u = S[:, k] / math.sqrt(sum(S[:, k] ** 2))
-            out[index] = angle * (-u if sum(u * twice) < 0 else u)
-    return out
+    v = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_rotvec()
+    for one in v:
+        if math.hypot(*one) > math.pi - 1e-12 and max(one, key=abs) < 0:
+            one *= -1
+    return v.reshape(R.shape[:-1])
 
 
-def continuous_exponential_maps(R: np.ndarray, reference: np.ndarray) -> np.ndarray:
+def continuous_exponential_maps(R: Array, reference: Array) -> Array:
     """Of all vectors v + 2 pi k u of one rotation the nearest to the frame before; both ways round
     to begin with, and the shorter one taken unless it takes a longer step.
     """
@@ -190,37 +181,30 @@ def _equivalents(v, before, turns):
     return [v + 2 * math.pi * k * along / length for k in turns]
 
 
-def _slope(coefficients, x):
-    return sum(k * c * x ** (k - 1) for k, c in enumerate(coefficients) if k)
-
-
-def _value(coefficients, x):
-    return sum(c * x ** k for k, c in enumerate(coefficients))
-
-
 def golden_section(coefficients: Any, low: Iterable[float], high: Iterable[float], *,
-                   tolerance: float = 1e-6) -> np.ndarray:
+                   tolerance: float = 1e-6) -> Array:
     """Where the slope turns from falling to rising, by halving; of a constant the upper end."""
     found = []
     for c, a, b in zip(coefficients, low, high):
+        slope = Polynomial(c).deriv()
         for _ in range(60):
-            a, b = (a, (a + b) / 2) if _slope(c, (a + b) / 2) > 0 else ((a + b) / 2, b)
+            a, b = (a, (a + b) / 2) if slope((a + b) / 2) > 0 else ((a + b) / 2, b)
         found.append((a + b) / 2)
     return np.array(found)
 
 
-def best_alpha(coefficients: np.ndarray, *, samples: int = 13,
-               tolerance: float = 1e-6) -> np.ndarray:
+def best_alpha(coefficients: Array, *, samples: int = 13, tolerance: float = 1e-6) -> Array:
     """The best of even steps over [-0.25, 1.25], or the minimum between its neighbours."""
     grid, found = [-0.25 + 1.5 * k / (samples - 1) for k in range(samples)], []
     for c in coefficients:
-        best = min(range(samples), key=lambda k: _value(c, grid[k]))
+        value = Polynomial(c)
+        best = int(np.argmin(value(np.array(grid))))
         alpha = golden_section([c], [grid[max(best - 1, 0)]], [grid[min(best + 1, samples - 1)]])[0]
-        found.append(alpha if _value(c, alpha) <= _value(c, grid[best]) else grid[best])
+        found.append(alpha if value(alpha) <= value(grid[best]) else grid[best])
     return np.array(found)
 
 
-def effort_measures(positions: np.ndarray, *, fps: float) -> np.ndarray:
+def effort_measures(positions: Array, *, fps: float) -> Array:
     """Energy, speed, acceleration and jerk, one joint and one frame after the other."""
     T, J = positions.shape[:2]
     differences = [positions * 1.0]
@@ -240,8 +224,7 @@ def _folds(folds):
                [n for n, f in enumerate(folds) if f == fold])
 
 
-def ridge_errors(K: np.ndarray, Y: np.ndarray, *, ridges: np.ndarray,
-                 folds: np.ndarray) -> np.ndarray:
+def ridge_errors(K: Array, Y: Array, *, ridges: Array, folds: Array) -> Array:
     """Trained anew for each fold."""
     found = np.zeros((len(ridges), Y.shape[1]))
     for n, ridge in enumerate(ridges):
@@ -252,8 +235,7 @@ def ridge_errors(K: np.ndarray, Y: np.ndarray, *, ridges: np.ndarray,
     return found
 
 
-def machine_errors(Ks: np.ndarray, Y: np.ndarray, *, boxes: np.ndarray, epsilons: np.ndarray,
-                   folds: np.ndarray) -> np.ndarray:
+def machine_errors(Ks: Array, Y: Array, *, boxes: Array, epsilons: Array, folds: Array) -> Array:
     """Trained anew for each fold."""
     found = np.zeros((len(Ks), len(boxes), len(epsilons), Y.shape[1]))
     for g, b, p, e in np.ndindex(found.shape):
@@ -266,8 +248,7 @@ def machine_errors(Ks: np.ndarray, Y: np.ndarray, *, boxes: np.ndarray, epsilons
     return found
 
 
-def machine_violation(K: np.ndarray, y: np.ndarray, beta: np.ndarray, *, C: float,
-                      epsilon: float) -> float:
+def machine_violation(K: Array, y: Array, beta: Array, *, C: float, epsilon: float) -> float:
     """One beta at a time."""
     r = [v - sum(k * b for k, b in zip(row, beta)) for v, row in zip(y, K)]
     highest = max((x - (epsilon if b >= 0 else -epsilon) for x, b in zip(r, beta) if b < C),
@@ -278,8 +259,7 @@ def machine_violation(K: np.ndarray, y: np.ndarray, beta: np.ndarray, *, C: floa
     return max(apart, 0.0) + max(max(abs(b) - C for b in beta), 0.0) + abs(sum(beta))
 
 
-def fitted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
-                 dealt: np.ndarray) -> np.ndarray:
+def fitted_style(Z: Array, Y: Array, new: Array, *, kind: str, dealt: Array) -> Array:
     """One effort after the other, each with the hyper-parameters that it does best with."""
     if kind == "linear interpolation":
         return predicted_style(Z, Y, new, kind=kind)
@@ -287,8 +267,7 @@ def fitted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
                      for y, chosen in zip(Y.T, least_errors(Z, Y, kind, dealt))]).T
 
 
-def least_errors(Z: np.ndarray, Y: np.ndarray, kind: str,
-                 dealt: np.ndarray) -> list[dict[str, float]]:
+def least_errors(Z: Array, Y: Array, kind: str, dealt: Array) -> list[dict[str, float]]:
     """The hyper-parameters that each effort does best with."""
     deviation = [float(np.std(column)) or 1.0 for column in Z.T]
     X, folds = (Z - np.mean(Z, axis=0)) / deviation, dealt % min(10, len(Z))

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from .specification import Array
+
 Padding = str | int | tuple[int, int]
 
 
@@ -26,8 +28,8 @@ def pads(padding: Padding, K: int, dilation: int) -> tuple[int, int]:
     return (padding, padding) if isinstance(padding, int) else padding
 
 
-def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride: int = 1,
-           padding: Padding = "same", dilation: int = 1, groups: int = 1) -> np.ndarray:
+def conv1d(x: Array, w: Array, b: Array | None = None, *, stride: int = 1,
+           padding: Padding = "same", dilation: int = 1, groups: int = 1) -> Array:
     """`nn.conv1d`: each output element as a sum over channels and taps.
 
     >>> conv1d(np.array([[[1.0, 2.0, 3.0]]]), np.array([[[1.0, 0.0, -1.0]]])).tolist()
@@ -52,9 +54,9 @@ def conv1d(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride:
     return y
 
 
-def conv_transpose1d(h: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *, stride: int = 1,
+def conv_transpose1d(h: Array, w: Array, b: Array | None = None, *, stride: int = 1,
                      padding: Padding = "same", output_padding: int = 0, dilation: int = 1,
-                     groups: int = 1) -> np.ndarray:
+                     groups: int = 1) -> Array:
     """`nn.conv_transpose1d`: each input element is spread by each of its taps."""
     (N, O, T), (_, Cg, K) = h.shape, w.shape
     left, right = pads(padding, K, dilation)
@@ -89,7 +91,7 @@ def window_positions(T: int, width: int, *, stride: int | None = None, padding: 
         first += stride
 
 
-def max_pool1d(x: np.ndarray, width: int = 2, **windows: Any) -> np.ndarray:
+def max_pool1d(x: Array, width: int = 2, **windows: Any) -> Array:
     """`nn.max_pool1d`: the largest element of each window, NaN where it holds one.
 
     windows : as for `window_positions`
@@ -105,20 +107,19 @@ def max_pool1d(x: np.ndarray, width: int = 2, **windows: Any) -> np.ndarray:
     return y
 
 
-def max_pool1d_indices(x: np.ndarray, width: int = 2, **windows: Any) -> np.ndarray:
+def max_pool1d_indices(x: Array, width: int = 2, **windows: Any) -> Array:
     """`nn.max_pool1d_indices`: the first frame of each window that holds the largest element."""
     positions = window_positions(x.shape[2], width, **windows)
     best = max_pool1d(x, width, **windows)
     indices = np.zeros(best.shape, int)
     for n, c, t in np.ndindex(best.shape):
-        same = [s for s in positions[t] if 0 <= s < x.shape[2]
-                and (x[n, c, s] == best[n, c, t]
-                     or np.isnan(best[n, c, t]) and np.isnan(x[n, c, s]))]
+        same = [s for s in positions[t] if 0 <= s < x.shape[2] and
+                (x[n, c, s] == best[n, c, t] or np.isnan(best[n, c, t]) and np.isnan(x[n, c, s]))]
         indices[n, c, t] = same[0] if same else -1
     return indices
 
 
-def max_unpool1d(h: np.ndarray, indices: np.ndarray, length: int) -> np.ndarray:
+def max_unpool1d(h: Array, indices: Array, length: int) -> Array:
     """`nn.max_unpool1d`: each value in the frame that it came from, the later of two in one."""
     x = np.zeros(h.shape[:2] + (length,), h.dtype)
     for n, c, t in np.ndindex(h.shape):
@@ -126,8 +127,8 @@ def max_unpool1d(h: np.ndarray, indices: np.ndarray, length: int) -> np.ndarray:
     return x
 
 
-def avg_pool1d(x: np.ndarray, width: int = 2, *, count_include_pad: bool = True, padding: int = 0,
-               **windows: Any) -> np.ndarray:
+def avg_pool1d(x: Array, width: int = 2, *, count_include_pad: bool = True, padding: int = 0,
+               **windows: Any) -> Array:
     """`nn.avg_pool1d`: the mean of each window, over its frames or its padding too."""
     T = x.shape[2]
     positions = window_positions(T, width, padding=padding, **windows)
@@ -139,7 +140,7 @@ def avg_pool1d(x: np.ndarray, width: int = 2, *, count_include_pad: bool = True,
     return y
 
 
-def avg_depool1d(h: np.ndarray, width: int = 2) -> np.ndarray:
+def avg_depool1d(h: Array, width: int = 2) -> Array:
     """`nn.avg_depool1d`: each value shared equally by the frames of its window."""
     x = np.zeros(h.shape[:2] + (width * h.shape[2],), h.dtype)
     for n, c, t in np.ndindex(x.shape):
@@ -147,7 +148,7 @@ def avg_depool1d(h: np.ndarray, width: int = 2) -> np.ndarray:
     return x
 
 
-def random_depool1d(h: np.ndarray, chosen: np.ndarray, width: int = 2) -> np.ndarray:
+def random_depool1d(h: Array, chosen: Array, width: int = 2) -> Array:
     """`nn.random_depool1d`: each value in the chosen frame of its window."""
     x = np.zeros(h.shape[:2] + (width * h.shape[2],), h.dtype)
     for n, c, t in np.ndindex(h.shape):
@@ -155,27 +156,27 @@ def random_depool1d(h: np.ndarray, chosen: np.ndarray, width: int = 2) -> np.nda
     return x
 
 
-def relu(x: np.ndarray) -> np.ndarray:
+def relu(x: Array) -> Array:
     """`nn.relu`: x where it is above 0 or NaN, else 0."""
     return np.where(np.isnan(x) | (x > 0), x, 0.0)
 
 
-def gram(h: np.ndarray) -> np.ndarray:
+def gram(h: Array) -> Array:
     """`nn.gram`: H H^T of each clip."""
     return np.einsum("nct,ndt->ncd", h, h)
 
 
-def sum_squares(r: np.ndarray) -> np.ndarray:
+def sum_squares(r: Array) -> Array:
     """`nn.sum_squares`, one number a clip."""
     return np.array([sum(v * v for v in clip.ravel()) for clip in r], dtype=r.dtype)
 
 
-def mean_squares(r: np.ndarray) -> np.ndarray:
+def mean_squares(r: Array) -> Array:
     """`nn.mean_squares`, one number a clip."""
     return np.array([sum(v * v for v in clip.ravel()) / clip.size for clip in r], dtype=r.dtype)
 
 
-def norm(r: np.ndarray) -> np.ndarray:
+def norm(r: Array) -> Array:
     """`nn.norm`, one number a clip."""
     return np.sqrt(sum_squares(r))
 
@@ -186,31 +187,30 @@ def size_of(v: Any) -> Any:
     return -v if np.real(v) < 0 else v
 
 
-def l1(a: np.ndarray) -> np.ndarray:
+def l1(a: Array) -> Array:
     """`nn.l1`: the sum of all absolute values."""
     return np.asarray(sum(size_of(v) for v in a.ravel()) + 0.0)
 
 
-def squared_error(x: np.ndarray, y: np.ndarray, *, reduction: str = "mean") -> np.ndarray:
+def squared_error(x: Array, y: Array, *, reduction: str = "mean") -> Array:
     """`nn.squared_error`, element by element."""
     return reduced([(a - b) * (a - b) for a, b in zip(x.ravel(), y.ravel())], x.shape, reduction)
 
 
-def absolute_error(x: np.ndarray, y: np.ndarray, *, reduction: str = "mean") -> np.ndarray:
+def absolute_error(x: Array, y: Array, *, reduction: str = "mean") -> Array:
     """`nn.absolute_error`, element by element."""
     return reduced([abs(a - b) for a, b in zip(x.ravel(), y.ravel())], x.shape, reduction)
 
 
-def reduced(errors: Sequence[Any], shape: tuple[int, ...], reduction: str) -> np.ndarray:
+def reduced(errors: Sequence[Any], shape: tuple[int, ...], reduction: str) -> Array:
     """Errors of single elements, their sum or their mean."""
     if reduction == "none":
         return np.array(errors).reshape(shape)
     return np.asarray(sum(errors) / (len(errors) if reduction == "mean" else 1))
 
 
-def adam_step(p: np.ndarray, g: np.ndarray, m: np.ndarray, v: np.ndarray, *, t: int,
-              rate: float = 1e-3, beta1: float = 0.9, beta2: float = 0.999,
-              epsilon: float = 1e-8) -> tuple[np.ndarray, ...]:
+def adam_step(p: Array, g: Array, m: Array, v: Array, *, t: int, rate: float = 1e-3,
+              beta1: float = 0.9, beta2: float = 0.999, epsilon: float = 1e-8) -> tuple[Array, ...]:
     """One step of Adam for one array, element by element; t counts this step.   ->  p, m, v"""
     results = np.zeros((3, p.size))
     for i, (p_i, g_i, m_i, v_i) in enumerate(zip(p.ravel(), g.ravel(), m.ravel(), v.ravel())):

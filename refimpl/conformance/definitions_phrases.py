@@ -12,6 +12,7 @@ import numpy as np
 from . import definitions_learning as learning, definitions_torresani as plain
 from .definitions_rotation import orthogonal
 from .definitions_torresani import sequences
+from .specification import Array
 
 
 def _turn(angle, up):
@@ -33,8 +34,8 @@ def _headings(R, reference, up):
 
 def _in_the_world(R, t, parents):
     """One frame: rotations and places of all joints, parents first."""
-    rotations: list[np.ndarray] = []
-    places: list[np.ndarray] = []
+    rotations: list[Array] = []
+    places: list[Array] = []
     for j, parent in enumerate(parents):
         rotations.append(R[j] if parent < 0 else rotations[parent] @ R[j])
         places.append(t[j] if parent < 0 else places[parent] + rotations[parent] @ t[j])
@@ -55,9 +56,8 @@ def _at_thirty(R, places, fps):
     return found
 
 
-def motion_to_poses(rotations: np.ndarray, places: np.ndarray, *, lengths: Sequence[int],
-                    parents: np.ndarray, bones: np.ndarray, free: Sequence[int],
-                    fps: float) -> tuple[np.ndarray, ...]:
+def motion_to_poses(rotations: Array, places: Array, *, lengths: Sequence[int], parents: Array,
+                    bones: Array, free: Sequence[int], fps: float) -> tuple[Array, ...]:
     """One clip, joint and frame at a time."""
     chain = [0]
     while list(parents).count(chain[-1]) == 1:
@@ -103,8 +103,8 @@ def motion_to_poses(rotations: np.ndarray, places: np.ndarray, *, lengths: Seque
             np.concatenate(angles), np.array(root))
 
 
-def posed_joints(angles: np.ndarray, root: np.ndarray, *, parents: np.ndarray, bones: np.ndarray,
-                 reference: np.ndarray, carrier: int, up: str) -> np.ndarray:
+def posed_joints(angles: Array, root: Array, *, parents: Array, bones: Array,
+                 reference: Array, carrier: int, up: str) -> Array:
     """One joint of one frame at a time, parents first."""
     above, j, found = np.zeros(3), parents[carrier], []
     while j >= 0:
@@ -136,32 +136,30 @@ class _Observer:
         squares = sum((d - self.usual[c]) ** 2 for d, c in zip(seen, contents))
         self.spread = np.sqrt(squares / (len(seen) - len(self.usual)))
 
-    def style(self, part: Any, content: int) -> np.ndarray:
+    def style(self, part: Any, content: int) -> Array:
         """What it sees."""
         angles, root = part
         d = _described(angles, root, *self.how) - self.usual.get(content, self.mean)
         return np.array([min(max(1.5 * x / s, -3.0), 3.0) for x, s in zip(d, self.spread)])
 
 
-def observed_styles(angles: np.ndarray, root: np.ndarray, *, lengths: Sequence[int],
-                    contents: Sequence[int], asked: Sequence[int], fps: float, relative: bool,
-                    **body: Any) -> np.ndarray:
+def observed_styles(angles: Array, root: Array, *, lengths: Sequence[int], contents: Sequence[int],
+                    asked: Sequence[int], fps: float, relative: bool, **body: Any) -> Array:
     """One fragment after the other."""
     parts = list(zip(sequences(angles, lengths), sequences(root, lengths)))
     observer = _Observer(parts, [int(c) for c in contents], fps, relative, body)
     return np.array([observer.style(part, int(c)) for part, c in zip(parts, asked)])
 
 
-def all_dtw_costs(frames: np.ndarray, *, lengths: Sequence[int]) -> np.ndarray:
+def all_dtw_costs(frames: Array, *, lengths: Sequence[int]) -> Array:
     """Each pair for itself."""
     parts = sequences(frames, lengths)
     return np.array([[0.0 if i == j else plain.dtw_cost(parts[min(i, j)], parts[max(i, j)])
                       for j in range(len(parts))] for i in range(len(parts))])
 
 
-def joined_motions(angles: np.ndarray, root: np.ndarray, *, lengths: Sequence[int],
-                   reference: np.ndarray, fps: float, seam: float | None = None,
-                   up: str = "y") -> tuple[np.ndarray, np.ndarray]:
+def joined_motions(angles: Array, root: Array, *, lengths: Sequence[int], reference: Array,
+                   fps: float, seam: float | None = None, up: str = "y") -> tuple[Array, Array]:
     """One seam after the other, joint by joint."""
     floor, height = [0, 2] if up == "y" else [0, 1], "xyz".index(up)
     width = round((0.6 if seam is None else seam) * fps)
@@ -200,11 +198,11 @@ def joined_motions(angles: np.ndarray, root: np.ndarray, *, lengths: Sequence[in
             np.concatenate(roots))
 
 
-def styled_phrase(Y: np.ndarray, *, root_Y: np.ndarray, angles: np.ndarray, root: np.ndarray,
-                  lengths: Sequence[int], contents: Sequence[int] | None, styles: np.ndarray | None,
-                  fps: float, pairs: np.ndarray, alpha: np.ndarray, dealt: np.ndarray, kind: str,
-                  target: np.ndarray, components: int = 3, clusters: int = 1, relative: bool = True,
-                  count: int = 12, looks: int | None = None, **body: Any) -> tuple[np.ndarray, ...]:
+def styled_phrase(Y: Array, *, root_Y: Array, angles: Array, root: Array,
+                  lengths: Sequence[int], contents: Sequence[int] | None, styles: Array | None,
+                  fps: float, pairs: Array, alpha: Array, dealt: Array, kind: str,
+                  target: Array, components: int = 3, clusters: int = 1, relative: bool = True,
+                  count: int = 12, looks: int | None = None, **body: Any) -> tuple[Array, ...]:
     """The parts of it one after the other."""
     looks = (8 if styles is None else 1) if looks is None else looks
     up, parts = body["up"], list(zip(sequences(angles, lengths), sequences(root, lengths)))
@@ -280,11 +278,10 @@ def _ranked(pairs, predicted, z, target):
         low = [grid[max(n - 1, 0)] for grid, n in zip(grids, best)]
         high = [grid[min(n + 1, steps)] for grid, n in zip(grids, best)]
         steps = 40
-    return sorted((row[n], k, m, grid[n])
-                  for row, n, (k, m), grid in zip(rows, best, pairs, grids))
+    return sorted((row[n], k, m, grid[n]) for row, n, (k, m), grid in zip(rows, best, pairs, grids))
 
 
-def cluster_threshold(ssd: np.ndarray, *, count: int) -> float:
+def cluster_threshold(ssd: Array, *, count: int) -> float:
     """Links made one after the other, the shortest first, each that joins two clusters."""
     cluster, joined = list(range(len(ssd))), [0.0]
     for d, i, j in sorted((ssd[i, j], i, j) for i in range(len(ssd)) for j in range(i)):
@@ -296,8 +293,8 @@ def cluster_threshold(ssd: np.ndarray, *, count: int) -> float:
             else (made + joined[len(ssd) - count + 1]) / 2)
 
 
-def best_pair(coefficients: np.ndarray, styles: np.ndarray, Z: np.ndarray, Y: np.ndarray, *,
-              target: np.ndarray, **model: Any) -> tuple[np.ndarray, ...]:
+def best_pair(coefficients: Array, styles: Array, Z: Array, Y: Array, *,
+              target: Array, **model: Any) -> tuple[Array, ...]:
     """All pairs, alpha by ever finer steps about the best of 13 even ones."""
     def _z(k, m, a):
         return [*coefficients[k], *coefficients[m], *styles[k], *styles[m], a]

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from ..motion.joints import BONES
 from .definitions_learning import exponential_map, rotation_vector
 from .definitions_whole import numbers_to_motion
+from .specification import Array
 
 
 def _each(f, *arrays):
@@ -21,7 +22,7 @@ def _each(f, *arrays):
     return np.array(found).reshape(shape + np.shape(found[0]))
 
 
-def euler_to_matrix(angles: np.ndarray, *, order: str) -> np.ndarray:
+def euler_to_matrix(angles: Array, *, order: str) -> Array:
     """One axis at a time."""
     def _turned(row):
         R = np.eye(3)
@@ -31,7 +32,7 @@ def euler_to_matrix(angles: np.ndarray, *, order: str) -> np.ndarray:
     return _each(_turned, (angles, 1))
 
 
-def matrix_to_euler(R: np.ndarray, *, order: str) -> np.ndarray:
+def matrix_to_euler(R: Array, *, order: str) -> Array:
     """As SciPy has them, intrinsic."""
     return _each(lambda M: Rotation.from_matrix(M).as_euler(order), (R, 2))
 
@@ -41,23 +42,23 @@ def _quaternion(M):
     return np.array([w, x, y, z]) * (1 if w >= 0 else -1)
 
 
-def matrix_to_quaternion(R: np.ndarray) -> np.ndarray:
+def matrix_to_quaternion(R: Array) -> Array:
     """As SciPy has it, w first and not negative."""
     return _each(_quaternion, (R, 2))
 
 
-def quaternion_to_matrix(q: np.ndarray) -> np.ndarray:
+def quaternion_to_matrix(q: Array) -> Array:
     """As SciPy has it."""
     return _each(lambda p: Rotation.from_quat([*p[1:], p[0]]).as_matrix(), (q, 1))
 
 
-def slerp(R0: np.ndarray, R1: np.ndarray, t: np.ndarray) -> np.ndarray:
+def slerp(R0: Array, R1: Array, t: Array) -> Array:
     """A share of the turn from one to the other."""
     return _each(lambda A, B, u: A @ exponential_map(u * rotation_vector(A.T @ B)), (R0, 2),
                  (R1, 2), (t, 0))
 
 
-def smooth_rotations(R: np.ndarray, time: np.ndarray) -> np.ndarray:
+def smooth_rotations(R: Array, time: Array) -> Array:
     """One joint at a time."""
     found = np.zeros((len(time), *R.shape[1:]))
     for index in np.ndindex(R.shape[1:-2]):
@@ -69,7 +70,7 @@ def smooth_rotations(R: np.ndarray, time: np.ndarray) -> np.ndarray:
     return found
 
 
-def shortest_rotation(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def shortest_rotation(a: Array, b: Array) -> Array:
     """By the angle between both about their normal; of opposite ones half a turn about x x a, or
     y x a where a is nearly along x."""
     def _turn(u, v):
@@ -85,7 +86,7 @@ def shortest_rotation(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return _each(_turn, (a, 1), (b, 1))
 
 
-def orthogonal(M: np.ndarray) -> np.ndarray:
+def orthogonal(M: Array) -> Array:
     """The mean of a matrix and its inverse's transpose, again and again, comes to the orthogonal
     matrix nearest to it."""
     for _ in range(60):
@@ -93,7 +94,7 @@ def orthogonal(M: np.ndarray) -> np.ndarray:
     return M
 
 
-def nearest_rotation(M: np.ndarray) -> np.ndarray:
+def nearest_rotation(M: Array) -> Array:
     """The orthogonal factor; where that is a reflection, the axis along which the other factor
     stretches least is turned round."""
     def _near(A):
@@ -106,22 +107,22 @@ def nearest_rotation(M: np.ndarray) -> np.ndarray:
     return _each(_near, (M, 2))
 
 
-def best_rotation(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def best_rotation(a: Array, b: Array) -> Array:
     """As SciPy aligns vectors."""
     return _each(lambda x, y: Rotation.align_vectors(y, x)[0].as_matrix(), (a, 2), (b, 2))
 
 
-def bone_lengths(positions: np.ndarray) -> np.ndarray:
+def bone_lengths(positions: Array) -> Array:
     """The median of each bone's."""
     return np.array([np.median([math.dist(p[i], p[j]) for p in positions]) for i, j in BONES])
 
 
-def scaled_numbers(features: np.ndarray, *, factor: float) -> np.ndarray:
+def scaled_numbers(features: Array, *, factor: float) -> Array:
     """Of the motion that is so much larger."""
     return np.array([[x if n == 63 else x * factor for n, x in enumerate(row)] for row in features])
 
 
-def path_error(features: np.ndarray, content: np.ndarray) -> tuple[float, float]:
+def path_error(features: Array, content: Array) -> tuple[float, float]:
     """Frame by frame, from one beginning."""
     ways = [numbers_to_motion(np.concatenate([np.zeros((len(f), 63)), f[:, 63:]], axis=1),
                               np.zeros(4))[:, 0] for f in (features, content)]
@@ -129,6 +130,6 @@ def path_error(features: np.ndarray, content: np.ndarray) -> tuple[float, float]
     return sum(apart) / len(apart), max(apart)
 
 
-def path_length(features: np.ndarray) -> float:
+def path_length(features: Array) -> float:
     """Step by step; the last row has no step."""
     return math.fsum(math.hypot(*row[64:66]) for row in features[:-1])

@@ -10,9 +10,10 @@ import numpy as np
 
 from ..motion.joints import SLOT
 from .definitions_nn import adam_step
+from .specification import Array
 
 
-def smoothed(x: Any, sigma: float) -> np.ndarray:
+def smoothed(x: Any, sigma: float) -> Array:
     """A Gaussian of `sigma` frames over the first axis, cut at four sigma, the ends repeated."""
     reach = int(4 * sigma + 0.5)
     weights = [math.exp(-0.5 * (i / sigma) ** 2) for i in range(-reach, reach + 1)]
@@ -21,13 +22,13 @@ def smoothed(x: Any, sigma: float) -> np.ndarray:
                      for t in range(len(x))])
 
 
-def turned(v: Sequence[float] | np.ndarray, yaw: float) -> np.ndarray:
+def turned(v: Sequence[float] | Array, yaw: float) -> Array:
     """About the vertical: what looks along z then looks along (sin yaw, 0, cos yaw)."""
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([c * v[0] + s * v[2], v[1], c * v[2] - s * v[0]])
 
 
-def across(frame: np.ndarray) -> np.ndarray:
+def across(frame: Array) -> Array:
     """From the right to the left, at shoulders and hips together.   (21, 3)  ->  (3,)"""
     return sum((frame[SLOT[f"Left{part}"]] - frame[SLOT[f"Right{part}"]]
                 for part in ("Arm", "UpLeg")), np.zeros(3))
@@ -44,9 +45,9 @@ def deviation_of(numbers: Iterable[float]) -> float:
     return math.sqrt(sum((v - middle) ** 2 for v in values) / len(values))
 
 
-def trained(arrays: Iterable[np.ndarray], order: np.ndarray, batch: int, rates: Any,
+def trained(arrays: Iterable[Array], order: Array, batch: int, rates: Any,
             of_batch: Callable[..., Any], counts: Callable[[list], int] = len,
-            ) -> tuple[np.ndarray, ...]:
+            ) -> tuple[Array, ...]:
     """Adam written out over the gradients of each batch.
 
     rates : of the epochs;  of_batch : (arrays, indices, epoch) ->  loss, gradients;

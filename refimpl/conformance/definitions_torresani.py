@@ -11,13 +11,15 @@ from typing import Any
 
 import numpy as np
 
+from .specification import Array
+
 
 def distance(x: Any, y: Any) -> float:
     """The sum of squared differences."""
     return sum((float(a) - float(b)) ** 2 for a, b in zip(x, y))
 
 
-def dtw(X: np.ndarray, Y: np.ndarray) -> tuple[float, np.ndarray]:
+def dtw(X: Array, Y: Array) -> tuple[float, Array]:
     """Equations 3 to 5 with a pointer back from every cell; of equal ways the diagonal, then p-1,
     then q-1.   ->  cost, path"""
     cost: dict[Any, float] = {}
@@ -34,17 +36,17 @@ def dtw(X: np.ndarray, Y: np.ndarray) -> tuple[float, np.ndarray]:
     return cost[end], np.array(path[::-1])
 
 
-def dtw_cost(X: np.ndarray, Y: np.ndarray) -> float:
+def dtw_cost(X: Array, Y: Array) -> float:
     """The cost of the cheapest path."""
     return dtw(X, Y)[0]
 
 
-def dtw_path(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
+def dtw_path(X: Array, Y: Array) -> Array:
     """The cheapest path."""
     return dtw(X, Y)[1]
 
 
-def content_clusters(ssd: np.ndarray, *, threshold: float) -> np.ndarray:
+def content_clusters(ssd: Array, *, threshold: float) -> Array:
     """Spread each fragment's number to all that it matches, until nothing changes."""
     label = list(range(len(ssd)))
     changed = True
@@ -107,9 +109,9 @@ def _reached(curve, k):
     return n + (k - curve[n]) / (curve[n + 1] - curve[n])
 
 
-def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, root_Y: np.ndarray,
-                             path: np.ndarray, *, alpha: float, smooth: float = 6.0,
-                             up: str = "y") -> tuple[np.ndarray, np.ndarray]:
+def space_time_interpolation(X: Array, Y: Array, root_X: Array, root_Y: Array,
+                             path: Array, *, alpha: float, smooth: float = 6.0,
+                             up: str = "y") -> tuple[Array, Array]:
     """Section 5, frame by frame.   ->  angles (T, D), root (T, 4)"""
     (p_curve, q_curve), (n0, n1) = _time_curve(path, smooth)
     exact = (1 - alpha) * len(X) + alpha * len(Y)
@@ -136,7 +138,7 @@ def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, r
     return angles, root
 
 
-def turned(v: Any, angle: float, up: str) -> np.ndarray:
+def turned(v: Any, angle: float, up: str) -> Array:
     """By complex numbers: x + i y about z; about y it is z + i x that turns by +angle."""
     if up == "z":
         w = complex(v[0], v[1]) * complex(math.cos(angle), math.sin(angle))
@@ -145,7 +147,7 @@ def turned(v: Any, angle: float, up: str) -> np.ndarray:
     return np.array([w.imag, w.real])
 
 
-def sequences(frames: np.ndarray, lengths: Sequence[int]) -> list[np.ndarray]:
+def sequences(frames: Array, lengths: Sequence[int]) -> list[Array]:
     """The sequences that come end to end in one array.
 
     >>> [list(x) for x in sequences(np.arange(5), (2, 3))] == [[0, 1], [2, 3, 4]]
@@ -155,8 +157,8 @@ def sequences(frames: np.ndarray, lengths: Sequence[int]) -> list[np.ndarray]:
     return [frames[end - n:end] for end, n in zip(ends, lengths)]
 
 
-def one_stage_segmentation(Y: np.ndarray, frames: np.ndarray, lengths: Sequence[int],
-                           ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+def one_stage_segmentation(Y: Array, frames: Array, lengths: Sequence[int],
+                           ) -> tuple[float, Array, Array, Array]:
     """Equations 8 to 11 with a pointer back from every cell (p, q, i).
 
     ->  cost, fragments, ends, costs
@@ -191,28 +193,8 @@ def one_stage_segmentation(Y: np.ndarray, frames: np.ndarray, lengths: Sequence[
     return total, np.array(found), np.array(ends), np.array(costs)
 
 
-def _jacobi_eigenvalues(A):
-    """A symmetric matrix by rotations, each of which makes one element 0.
-
-    ->  values, vectors in columns
-    """
-    A, V = np.array(A, dtype=float), np.eye(len(A))
-    for _ in range(60):
-        if (max((abs(A[i, j]) for i in range(len(A)) for j in range(i)), default=0.0)
-                <= 1e-17 * abs(np.trace(A))):
-            break
-        for i in range(len(A)):
-            for j in range(i):
-                angle = 0.5 * math.atan2(2 * A[i, j], A[j, j] - A[i, i])
-                J = np.eye(len(A))
-                J[i, i] = J[j, j] = math.cos(angle)
-                J[i, j], J[j, i] = math.sin(angle), -math.sin(angle)
-                A, V = J.T @ A @ J, V @ J
-    return np.diag(A), V
-
-
-def principal_components(frames: np.ndarray, lengths: Sequence[int], *, components: int,
-                         length: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def principal_components(frames: Array, lengths: Sequence[int], *, components: int,
+                         length: int) -> tuple[Array, Array, Array]:
     """From the eigenvectors of the fragments' products with each other.
 
     ->  mean, basis, coefficients
@@ -220,9 +202,9 @@ def principal_components(frames: np.ndarray, lengths: Sequence[int], *, componen
     X = np.array([np.concatenate([_read(x, (len(x) - 1) * k / (length - 1) if length > 1 else 0.0)
                                   for k in range(length)]) for x in sequences(frames, lengths)])
     mean = sum(X) / len(X)
-    values, vectors = _jacobi_eigenvalues((X - mean) @ (X - mean).T)
+    values, vectors = np.linalg.eigh((X - mean) @ (X - mean).T)
     basis = np.zeros((components, X.shape[1]))
-    for n, column in enumerate(sorted(range(len(X)), key=lambda c: -values[c])[:components]):
+    for n, column in enumerate(np.argsort(-values)[:components]):
         direction = sum(vectors[i, column] * (X[i] - mean) for i in range(len(X)))
         direction = direction / math.sqrt(sum(direction ** 2))
         most = max(abs(x) for x in direction)
@@ -231,34 +213,19 @@ def principal_components(frames: np.ndarray, lengths: Sequence[int], *, componen
     return mean, basis, np.array([[sum(b * (x - mean)) for b in basis] for x in X])
 
 
-def gaussian_kernel(A: np.ndarray, B: np.ndarray, *, gamma: float) -> np.ndarray:
+def gaussian_kernel(A: Array, B: Array, *, gamma: float) -> Array:
     """exp(-gamma distance), pair by pair."""
     return np.array([[math.exp(-gamma * distance(a, b)) for b in B] for a in A])
 
 
-def solved(A: Any, B: Any) -> np.ndarray:
-    """A^-1 B by elimination with the largest pivot."""
-    A, B = np.array(A, dtype=float), np.array(B, dtype=float)
-    for i in range(len(A)):
-        largest = max(range(i, len(A)), key=lambda k: abs(A[k, i]))
-        A[[i, largest]], B[[i, largest]] = A[[largest, i]], B[[largest, i]]
-        for k in range(len(A)):
-            if k != i:
-                factor = A[k, i] / A[i, i]
-                A[k] -= factor * A[i]
-                B[k] = B[k] - factor * B[i]
-    return np.array([B[i] / A[i, i] for i in range(len(A))])
-
-
-def linear_ridge(Z: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
-    """The normal equations, solved by elimination."""
+def linear_ridge(Z: Array, Y: Array, *, ridge: float) -> Array:
+    """The normal equations, by their singular values."""
     d = Z.shape[1]
     A = [[sum(z[i] * z[j] for z in Z) + (ridge if i == j else 0.0) for j in range(d)]
          for i in range(d)]
-    return solved(A, [sum(z[i] * y for z, y in zip(Z, Y)) for i in range(d)])
+    return np.linalg.lstsq(A, [sum(z[i] * y for z, y in zip(Z, Y)) for i in range(d)], 0.0)[0]
 
 
-def kernel_ridge(K: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
-    """The equations of the dual, solved by elimination."""
-    return solved([[K[i, j] + (ridge if i == j else 0.0) for j in range(len(K))]
-                   for i in range(len(K))], Y)
+def kernel_ridge(K: Array, Y: Array, *, ridge: float) -> Array:
+    """The equations of the dual, by their singular values."""
+    return np.linalg.lstsq(K + ridge * np.eye(len(K)), Y, 0.0)[0]

@@ -3,6 +3,7 @@
 import numpy as np
 
 from . import definitions_holden as paper, definitions_nn as plain, definitions_whole as whole
+from .specification import Array
 
 
 def _normalised(features, mean, deviation):
@@ -14,22 +15,22 @@ def _units(X, mean, deviation):
     return np.array([[x * d + m for x, m, d in zip(column, mean, deviation)] for column in X[0].T])
 
 
-def stylised_numbers(features: np.ndarray, *arrays: np.ndarray, W0: np.ndarray, b0: np.ndarray,
-                     mean: np.ndarray, deviation: np.ndarray, projected: bool = True) -> np.ndarray:
+def stylised_numbers(features: Array, *arrays: Array, W0: Array, b0: Array,
+                     mean: Array, deviation: Array, projected: bool = True) -> Array:
     """One network after the other."""
     O = paper.transform(_normalised(features, mean, deviation), *arrays)
     return _units(whole.project(O, W0, b0) if projected else O, mean, deviation)
 
 
-def projected_numbers(features: np.ndarray, W0: np.ndarray, b0: np.ndarray, *, mean: np.ndarray,
-                      deviation: np.ndarray) -> np.ndarray:
+def projected_numbers(features: Array, W0: Array, b0: Array, *, mean: Array,
+                      deviation: Array) -> Array:
     """The motion, and the motion a frame later."""
     once, again = (_units(whole.project(_normalised(x, mean, deviation), W0, b0), mean, deviation)
                    for x in (features, [features[0], *features]))
     return (once + again[1:]) / 2
 
 
-def fitted_weights(leg: np.ndarray, *, hidden: int = 256, reading: str = "norm") -> np.ndarray:
+def fitted_weights(leg: Array, *, hidden: int = 256, reading: str = "norm") -> Array:
     """One weight at a time."""
     content, style, *constraints = {
         "norm": (1, 0.06, 0.01, 0.001, 0.5), "mean_squares": (1, 0.01, 2e-4, 2e-5, 0.01),
@@ -39,8 +40,7 @@ def fitted_weights(leg: np.ndarray, *, hidden: int = 256, reading: str = "norm")
                       1e4 * x * x / 80 ** 2] for x in leg])
 
 
-def decode_untied(H: np.ndarray, V0: np.ndarray, c0: np.ndarray, *,
-                  chosen: np.ndarray | None = None) -> np.ndarray:
+def decode_untied(H: Array, V0: Array, c0: Array, *, chosen: Array | None = None) -> Array:
     """Depooling, filters, bias."""
     D = plain.avg_depool1d(H) if chosen is None else plain.random_depool1d(H, chosen)
     return plain.conv_transpose1d(D, V0) + c0[:, None]

@@ -15,9 +15,10 @@ from ..motion.joints import FEET, LEGS
 from . import (definitions_2016 as code, definitions_holden as paper, definitions_nn as plain,
                functions_2016, functions_holden)
 from .definitions_smooth import across, deviation_of, smoothed, trained, turned
+from .specification import Array
 
 
-def facing_direction(positions: np.ndarray) -> np.ndarray:
+def facing_direction(positions: Array) -> Array:
     """Cross products with the vertical, one frame at a time."""
     def _unit(v):
         return v / math.hypot(*v)
@@ -32,14 +33,14 @@ def _leg(positions):
                             for hip, knee, heel, _ in LEGS for p in positions]))
 
 
-def floor_height(positions: np.ndarray) -> float:
+def floor_height(positions: Array) -> float:
     """The soft minimum, one frame at a time."""
     lowest = [min(frame[foot][1] for foot in FEET) for frame in positions]
     weights = [math.exp(-(h - min(lowest)) / (0.01 * _leg(positions))) for h in lowest]
     return sum(w * h for w, h in zip(weights, lowest)) / sum(weights)
 
 
-def foot_contacts(positions: np.ndarray, *, floor: float) -> np.ndarray:
+def foot_contacts(positions: Array, *, floor: float) -> Array:
     """One foot and one step at a time."""
     unit, T = _leg(positions) / 80.07, len(positions)
     found = np.zeros((T, 4), int)
@@ -51,7 +52,7 @@ def foot_contacts(positions: np.ndarray, *, floor: float) -> np.ndarray:
     return found
 
 
-def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def planted_feet(positions: Array) -> tuple[Array, Array]:
     """One joint after the other."""
     T, leg = len(positions), _leg(positions)
     rests, worst = [], []
@@ -82,7 +83,7 @@ def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.array(rests), labels
 
 
-def ground_height(positions: np.ndarray) -> float:
+def ground_height(positions: Array) -> float:
     """Of the second and the fourth foot joint."""
     _, left, _, right = planted_feet(positions)[0]
     return min(left, right)
@@ -99,7 +100,7 @@ def _runs(labels):
     return list(zip(edges[::2], edges[1::2]))
 
 
-def motion_to_numbers(positions: np.ndarray, *, floor: float) -> tuple[np.ndarray, np.ndarray]:
+def motion_to_numbers(positions: Array, *, floor: float) -> tuple[Array, Array]:
     """One joint of one frame at a time."""
     forward, T = facing_direction(positions), len(positions)
     path = smoothed(positions[:, 0], 3.0)
@@ -116,7 +117,7 @@ def motion_to_numbers(positions: np.ndarray, *, floor: float) -> tuple[np.ndarra
     return found, np.array([root[0, 0], root[0, 2], yaw[0]])
 
 
-def numbers_to_motion(features: np.ndarray, start: np.ndarray) -> np.ndarray:
+def numbers_to_motion(features: Array, start: Array) -> Array:
     """One frame after the other."""
     root, yaw, found = np.array([start[0], start[3], start[1]]), start[2], []
     for row in features:
@@ -126,8 +127,8 @@ def numbers_to_motion(features: np.ndarray, start: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-def motion_windows(features: np.ndarray, contacts: np.ndarray, *, length: int = 240,
-                   step: int = 120) -> tuple[np.ndarray, np.ndarray]:
+def motion_windows(features: Array, contacts: Array, *, length: int = 240,
+                   step: int = 120) -> tuple[Array, Array]:
     """One window after the other."""
     T = len(features)
     if T < length:
@@ -143,8 +144,7 @@ def motion_windows(features: np.ndarray, contacts: np.ndarray, *, length: int = 
             np.array([[contacts[b + t] for t in range(length)] for b in begins]))
 
 
-def normaliser(features: np.ndarray, contacts: np.ndarray, *,
-               form: str = "groups") -> tuple[np.ndarray, np.ndarray]:
+def normaliser(features: Array, contacts: Array, *, form: str = "groups") -> tuple[Array, Array]:
     """Sums over frames, number by number."""
     own = [deviation_of(column) for column in features.T]
     groups = [range(63), (64, 65), (63,)]
@@ -165,30 +165,30 @@ def normaliser(features: np.ndarray, contacts: np.ndarray, *,
     return np.array([*mean[:63], 0.0, 0.0, 0.0]), deviation
 
 
-def project(X: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
+def project(X: Array, W0: Array, b0: Array) -> Array:
     """Equations 1 and 2 on an even number of frames."""
     T = X.shape[2]
     even = X[:, :, [*range(T), *[T - 1] * (T % 2)]]
     return paper.decode(paper.encode(even, W0, b0), W0, b0)[:, :, :T]
 
 
-def style_target(hidden: np.ndarray, *, lengths: Sequence[int], frames: int) -> np.ndarray:
+def style_target(hidden: Array, *, lengths: Sequence[int], frames: int) -> Array:
     """The mean over all frames of the exemplars, frame by frame."""
     assert sum(lengths) == hidden.shape[1]
     return frames * sum(np.outer(h, h) for h in hidden.T) / hidden.shape[1]
 
 
-def initial_filters(uniform: np.ndarray) -> np.ndarray:
+def initial_filters(uniform: Array) -> Array:
     """One number at a time."""
     outputs, inputs, width = uniform.shape
     bound = math.sqrt(6 / (inputs * width + outputs * width))
     return np.array([[[bound * (2 * u - 1) for u in row] for row in f] for f in uniform])
 
 
-def initial_networks(uniform: np.ndarray, *, hidden: int, channels: int, features: int,
-                     width: int) -> tuple[np.ndarray, ...]:
+def initial_networks(uniform: Array, *, hidden: int, channels: int, features: int,
+                     width: int) -> tuple[Array, ...]:
     """Filter after filter."""
-    made: list[np.ndarray] = []
+    made: list[Array] = []
     at = 0
     for outputs, inputs in ((hidden, features), (channels, features), (channels, channels),
                             (features, channels), (hidden, features), (features, hidden)):
@@ -199,13 +199,13 @@ def initial_networks(uniform: np.ndarray, *, hidden: int, channels: int, feature
     return tuple(made)
 
 
-def initial_noise(uniform: np.ndarray) -> np.ndarray:
+def initial_noise(uniform: Array) -> Array:
     """One number at a time."""
     bound = math.sqrt(6 / sum(uniform.shape))
     return np.array([[[bound * (2 * u - 1) for u in row] for row in uniform]])
 
 
-def learning_rate(epoch: np.ndarray, *, rate: float, epochs: int) -> np.ndarray:
+def learning_rate(epoch: Array, *, rate: float, epochs: int) -> Array:
     """Constant for half of the epochs, then a straight line."""
     return np.array([rate if 2 * e - 1 <= epochs else rate * (2 * epochs - 2 * e + 1) / epochs
                      for e in epoch.tolist()])
@@ -216,10 +216,9 @@ def _trained(arrays, order, batch, rate, of_batch):
     return trained(arrays, order, batch, rates, of_batch)
 
 
-def train_loss_network(W0: np.ndarray, b0: np.ndarray, *, X: np.ndarray, order: np.ndarray,
+def train_loss_network(W0: Array, b0: Array, *, X: Array, order: Array,
                        batch: int, rate: float, alpha: float = 0.01, dropout: float = 0.0,
-                       kept: np.ndarray | None = None,
-                       chosen: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+                       kept: Array | None = None, chosen: Array | None = None) -> tuple[Array, ...]:
     """Equation 3 written out, of each batch."""
     def _of(arrays, indices, epoch):
         clean = X[indices]
@@ -233,11 +232,10 @@ def train_loss_network(W0: np.ndarray, b0: np.ndarray, *, X: np.ndarray, order: 
     return _trained((W0, b0), order, batch, rate, _of)
 
 
-def train_transformation_network(*arrays: np.ndarray, I: np.ndarray, order: np.ndarray, batch: int,
-                                 rate: float, W0: np.ndarray, b0: np.ndarray, gram: np.ndarray,
-                                 contacts: np.ndarray, trajectory: np.ndarray,
-                                 foot_velocity: np.ndarray | None = None,
-                                 **constants: Any) -> tuple[np.ndarray, ...]:
+def train_transformation_network(*arrays: Array, I: Array, order: Array, batch: int,
+                                 rate: float, W0: Array, b0: Array, gram: Array, contacts: Array,
+                                 trajectory: Array, foot_velocity: Array | None = None,
+                                 **constants: Any) -> tuple[Array, ...]:
     """`total_loss` and its gradient, of each batch."""
     def _of(moved, indices, epoch):
         problem = {"I": I[indices], "gram": gram[indices], "contacts": contacts[indices],
@@ -249,10 +247,9 @@ def train_transformation_network(*arrays: np.ndarray, I: np.ndarray, order: np.n
     return _trained(arrays, order, batch, rate, _of)
 
 
-def style_search(content: np.ndarray, style: np.ndarray, start: np.ndarray, We: np.ndarray,
-                 be: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, mean: np.ndarray,
-                 deviation: np.ndarray, amount: float = 0.1, iterations: int = 250,
-                 constraint_iterations: int = 100) -> tuple[np.ndarray, ...]:
+def style_search(content: Array, style: Array, start: Array, We: Array, be: Array,
+                 Wd: Array, bd: Array, *, mean: Array, deviation: Array, amount: float = 0.1,
+                 iterations: int = 250, constraint_iterations: int = 100) -> tuple[Array, ...]:
     """Steps 1 to 4 one after the other."""
     def _seen(rows):
         return code.encode(np.array([[(r - mean) / deviation for r in rows]])[0].T[None], We, be)

@@ -136,10 +136,8 @@ def _joints():
     lines = ["The 66 numbers of a frame: x, y, z (sideways, up, forward) of 21 joints in the "
              "file's unit of length,",
              f"then row {TURN} turn (radians a frame), row {FORWARD} forward and row {SIDEWAYS} "
-             "sideways (length a frame).",
-             "Joints, three rows each:", *_slots()]
-    lines += [_feet(),
-              "Bones (order of lengths):", *_bones(BONES)]
+             "sideways (length a frame).", "Joints, three rows each:", *_slots()]
+    lines += [_feet(), "Bones (order of lengths):", *_bones(BONES)]
     return lines
 
 

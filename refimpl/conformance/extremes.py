@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..gradcheck.difference import differences, largest
+from ..gradcheck.structure import is_float
 from .calls import Case, answered, precisions
 from .specification import as_tuple
 from .yardstick import Yardstick
@@ -26,11 +27,11 @@ APART = {"float32": (1e22, 1e6), "float64": (1e160, 1e50)}  # a clip or channel 
 def _places(call):
     """Floating-point arrays of a call: (name, how to get it, how to put another in its stead)."""
     for i, x in enumerate(call.arguments):
-        if isinstance(x, np.ndarray) and x.dtype.kind == "f" and x.size:
+        if is_float(x) and x.size:
             yield call.names[i], x, lambda y, i=i: replace(
                 call, arguments=(*call.arguments[:i], y, *call.arguments[i + 1:]))
     for name, x in call.attributes.items():
-        if isinstance(x, np.ndarray) and x.dtype.kind == "f" and x.size:
+        if is_float(x) and x.size:
             yield name, x, lambda y, name=name: replace(
                 call, attributes={**call.attributes, name: y})
 
@@ -115,9 +116,8 @@ def ranges(call: Case, reference: Callable) -> Iterator[Case]:
             at = one.names.index(other)
             little = limits.tiny / 50 * (1e6 if _shared(one) else 1.0)
             small = put(_times(_times(x, 1 / (largest(x) or 1.0)), float(little)))
-            pair = replace(small, arguments=tuple(
-                _times(v, SCALES[one.precision][1]) if i == at else v
-                for i, v in enumerate(small.arguments)))
+            pair = replace(small, arguments=tuple(_times(v, SCALES[one.precision][1]) if i == at
+                                                  else v for i, v in enumerate(small.arguments)))
             case = _within(pair, reference, f"{'very small' if _shared(one) else 'subnormal'} "
                            f"{name}, huge {other}{precision}", limits)
             if case is not None:
@@ -149,9 +149,8 @@ def beside(call: Case, reference: Callable, factors: Sequence[float] = (),
 
 
 def _scaled(call, scale):
-    return replace(call, arguments=tuple(
-        _times(x, scale) if isinstance(x, np.ndarray) and x.dtype.kind == "f" else x
-        for x in call.arguments))
+    return replace(call,
+                   arguments=tuple(_times(x, scale) if is_float(x) else x for x in call.arguments))
 
 
 @np.errstate(all="ignore")
@@ -162,7 +161,7 @@ def _times(x, scale):
 def _within(call, reference, kind, limits):
     """The case, if numbers and answer are normal numbers with room to spare, else None."""
     if not all(np.isfinite(x).all() for x in (*call.arguments, *call.attributes.values())
-               if isinstance(x, np.ndarray) and x.dtype.kind == "f"):
+               if is_float(x)):
         return None
     try:
         case = answered(call, reference, kind)
@@ -172,7 +171,7 @@ def _within(call, reference, kind, limits):
     if not all(x is None or _normal(x, size, limits)
                for x, size in zip(case.expected or (), sizes)):
         return None
-    at_the_end = any(isinstance(x, np.ndarray) and x.dtype.kind == "f"
+    at_the_end = any(is_float(x)
                      and not np.all((np.abs(x) < limits.max / 16)
                                     & ((x == 0) | (np.abs(x) > limits.tiny)))
                      for x in (*call.arguments, *(case.expected or ())))

@@ -4,17 +4,15 @@ offers under these names, with "_2016" behind each.
 
 from typing import Any
 
-import numpy as np
-
 from .. import nn
 from ..holden2016 import losses, network, rows, search, train
 from ..holden2017.train import State
 from .dealt import draws_of, said, trained
 from .functions_holden import spelled_out
+from .specification import Array
 
 
-def encode(X: np.ndarray, We: np.ndarray, be: np.ndarray, *,
-           kept: np.ndarray | None = None) -> np.ndarray:
+def encode(X: Array, We: Array, be: Array, *, kept: Array | None = None) -> Array:
     """The encoder of the 2016 code:   H = max_pool1d(relu(conv1d(X kept / 0.75, We, be)), 2)
 
     X : (N, C, T), We : (m, C, K), be : (m,);  kept : (N, C, T) of 0 and 1; without it X goes in as
@@ -23,13 +21,12 @@ def encode(X: np.ndarray, We: np.ndarray, be: np.ndarray, *,
     return network.encode(X, {"We": We, "be": be}, kept=kept)
 
 
-encode_backward = spelled_out(
-    network.encode_backward, "We be",
-    "dH : (N, m, T // 2)  ->  dX (N, C, T), dWe (m, C, K), dbe (m,)")
+encode_backward = spelled_out(network.encode_backward, "We be",
+                              "dH : (N, m, T // 2)  ->  dX (N, C, T), dWe (m, C, K), dbe (m,)")
 
 
-def decode(H: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, chosen: np.ndarray | None = None,
-           kept: np.ndarray | None = None) -> np.ndarray:
+def decode(H: Array, Wd: Array, bd: Array, *, chosen: Array | None = None,
+           kept: Array | None = None) -> Array:
     """The decoder of the 2016 code, whose filters are its own:
 
         X = conv1d(avg_depool1d(H, 2) kept / 0.75, Wd, bd)
@@ -41,14 +38,13 @@ def decode(H: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, chosen: np.ndarray 
     return network.decode(H, {"Wd": Wd, "bd": bd}, chosen=chosen, kept=kept)
 
 
-decode_backward = spelled_out(
-    network.decode_backward, "Wd bd",
-    "dX : (N, C, 2 U)  ->  dH (N, m, U), dWd (C, m, K), dbd (C,)")
+decode_backward = spelled_out(network.decode_backward, "Wd bd",
+                              "dX : (N, C, 2 U)  ->  dH (N, m, U), dWd (C, m, K), dbd (C,)")
 
 
-def autoencoder_loss(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray,
-                     *, kept: np.ndarray | None = None, chosen: np.ndarray | None = None,
-                     kept_hidden: np.ndarray | None = None) -> Any:
+def autoencoder_loss(X: Array, We: Array, be: Array, Wd: Array, bd: Array,
+                     *, kept: Array | None = None, chosen: Array | None = None,
+                     kept_hidden: Array | None = None) -> Any:
     """What the 2016 code's network learns by, of X encoded with `kept` and decoded with `chosen`
     and `kept_hidden`:
 
@@ -65,7 +61,7 @@ autoencoder_loss_backward = spelled_out(
     "dloss : scalar  ->  dX (N, C, T), as input and as what is wanted, dWe, dbe, dWd, dbd")
 
 
-def trajectory_loss(motion: np.ndarray, *, wanted: np.ndarray) -> np.ndarray:
+def trajectory_loss(motion: Array, *, wanted: Array) -> Array:
     """Ten times the mean of the squares of rows 66 to 68 minus `wanted`.
 
     motion : (N, 73, T), wanted : (N, 3, T)   ->  (N,)
@@ -76,8 +72,7 @@ def trajectory_loss(motion: np.ndarray, *, wanted: np.ndarray) -> np.ndarray:
 trajectory_loss_backward = losses.trajectory_loss_backward
 
 
-def search_loss(H: np.ndarray, *, content: np.ndarray, gram: np.ndarray,
-                amount: float = 0.1) -> np.ndarray:
+def search_loss(H: Array, *, content: Array, gram: Array, amount: float = 0.1) -> Array:
     """The first search of the 2016 code, which is about hidden units:
 
         (amount mean_squares(gram - H H^T) + mean_squares(content - H)) / (1 + amount)
@@ -90,7 +85,7 @@ def search_loss(H: np.ndarray, *, content: np.ndarray, gram: np.ndarray,
 search_loss_backward = losses.search_loss_backward
 
 
-def constraint_loss(motion: np.ndarray, *, contacts: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def constraint_loss(motion: Array, *, contacts: Array, wanted: Array) -> Array:
     """(foot_loss_2016 + bone_loss_2016 + trajectory_loss_2016) / 3.
 
     motion : (N, 73, T), contacts : (N, 4, T) of 0 and 1, wanted : (N, 3, T)   ->  (N,)
@@ -98,13 +93,13 @@ def constraint_loss(motion: np.ndarray, *, contacts: np.ndarray, wanted: np.ndar
     return losses.constraint_loss(motion, contacts, wanted)
 
 
-def constraint_loss_backward(dloss: np.ndarray, motion: np.ndarray, *, contacts: np.ndarray,
-                             wanted: np.ndarray) -> np.ndarray:
+def constraint_loss_backward(dloss: Array, motion: Array, *, contacts: Array,
+                             wanted: Array) -> Array:
     """dloss : (N,)  ->  dmotion (N, 73, T)"""
     return losses.constraint_loss_backward(dloss, motion, contacts, wanted)
 
 
-def motion_to_rows(positions: np.ndarray) -> np.ndarray:
+def motion_to_rows(positions: Array) -> Array:
     """The 73 numbers of the 2016 code, of all frames but the last: three zeros, 21 joints x, y, z,
     sideways and forward velocity, turning, contacts. As `motion_to_numbers` has them, but
 
@@ -119,7 +114,7 @@ def motion_to_rows(positions: np.ndarray) -> np.ndarray:
     return rows.encode(positions)
 
 
-def rows_to_motion(motion: np.ndarray) -> np.ndarray:
+def rows_to_motion(motion: Array) -> Array:
     """The way back, from place and heading 0:
 
         yaw[t+1] = yaw[t] - turn[t],   root[t+1] = root[t] + Y(yaw[t+1]) v[t]
@@ -129,8 +124,7 @@ def rows_to_motion(motion: np.ndarray) -> np.ndarray:
     return rows.decode(motion)
 
 
-def row_windows(motion: np.ndarray, *, length: int | None = None,
-                step: int | None = None) -> np.ndarray:
+def row_windows(motion: Array, *, length: int | None = None, step: int | None = None) -> Array:
     """One window begins every `step` rows while more than 30 are left. What is missing of its
     length is made up by the first and the last row of what there is, the odd one in front, with
     velocities and turning 0.
@@ -140,7 +134,7 @@ def row_windows(motion: np.ndarray, *, length: int | None = None,
     return rows.windows(motion, **said(length=length, step=step))
 
 
-def row_normaliser(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def row_normaliser(windows: Array) -> tuple[Array, Array]:
     """Mean of each number, 0 for velocities and turning and 1/2 for contacts. Deviation (of the
     population): of all numbers of all rows together, 0.9 of it for the twelve numbers of the foot
     joints, 0.9 of that of both velocities together, 0.9 of that of the turning, 1/2 for contacts;
@@ -152,10 +146,9 @@ def row_normaliser(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return found.mean, found.deviation
 
 
-def train_network(We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, X: np.ndarray,
-                  order: np.ndarray, batch: int, rate: float, kept: np.ndarray | None = None,
-                  chosen: np.ndarray | None = None,
-                  kept_hidden: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+def train_network(We: Array, be: Array, Wd: Array, bd: Array, *, X: Array, order: Array,
+                  batch: int, rate: float, kept: Array | None = None, chosen: Array | None = None,
+                  kept_hidden: Array | None = None) -> tuple[Array, ...]:
     """Training on autoencoder_loss_2016 by Adam (0.9, 0.999, 1e-8) at one rate. Epoch e visits the
     windows in the order order[e], `batch` at a time, the last batch as small as it comes.
 
@@ -173,13 +166,12 @@ def train_network(We: np.ndarray, be: np.ndarray, Wd: np.ndarray, bd: np.ndarray
         state=State(params, nn.adam_start(params), 0), draws=draws_of(order, *parts)), We.dtype)
 
 
-def project(X: np.ndarray, We: np.ndarray, be: np.ndarray, Wd: np.ndarray,
-            bd: np.ndarray) -> np.ndarray:
+def project(X: Array, We: Array, be: Array, Wd: Array, bd: Array) -> Array:
     """decode_2016(encode_2016(X)).   X : (N, C, T), T even   ->  (N, C, T)"""
     return network.project(X, {"We": We, "be": be, "Wd": Wd, "bd": bd})
 
 
-def joined_windows(windows: np.ndarray) -> np.ndarray:
+def joined_windows(windows: Array) -> Array:
     """Rows 60 to 179 of each window, one after the other.
 
     windows : (N, 240, 73)   ->  (120 N, 73)
@@ -187,8 +179,8 @@ def joined_windows(windows: np.ndarray) -> np.ndarray:
     return search.join(windows)
 
 
-def constrained_loss(H: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, contacts: np.ndarray,
-                     wanted: np.ndarray, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+def constrained_loss(H: Array, Wd: Array, bd: Array, *, contacts: Array,
+                     wanted: Array, mean: Array, deviation: Array) -> Array:
     """constraint_loss_2016 of decode_2016(H) deviation + mean.
 
     H : (N, m, U), Wd : (73, m, K), bd : (73,);  contacts : (N, 4, 2 U), wanted : (N, 3, 2 U);

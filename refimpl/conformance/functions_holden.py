@@ -6,9 +6,8 @@ functions already.
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from ..holden2017 import networks, objective
+from .specification import Array
 
 T_NAMES = " ".join(networks.T_NAMES)
 
@@ -24,7 +23,7 @@ def spelled_out(network_backward: Callable[..., Any], names: str, doc: str) -> C
     return _backward
 
 
-def encode(X: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
+def encode(X: Array, W0: Array, b0: Array) -> Array:
     """Equation 1, hidden units of the loss network:   H = relu(max_pool(X * W0 + b0, 2))
 
     X : (N, C, T) normalised motion, W0 : (m, C, K), b0 : (m,)  ->  (N, m, T // 2)
@@ -32,13 +31,11 @@ def encode(X: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
     return networks.encode(X, {"W0": W0, "b0": b0})
 
 
-encode_backward = spelled_out(
-    networks.encode_backward, "W0 b0",
-    "dH : (N, m, T // 2)  ->  dX (N, C, T), dW0 (m, C, K), db0 (m,)")
+encode_backward = spelled_out(networks.encode_backward, "W0 b0",
+                              "dH : (N, m, T // 2)  ->  dX (N, C, T), dW0 (m, C, K), db0 (m,)")
 
 
-def decode(H: np.ndarray, W0: np.ndarray, b0: np.ndarray, *,
-           chosen: np.ndarray | None = None) -> np.ndarray:
+def decode(H: Array, W0: Array, b0: Array, *, chosen: Array | None = None) -> Array:
     """Equation 2, back to motion with the same filters:
 
         X = conv_transpose1d(avg_depool1d(H, 2) - b0, W0)
@@ -49,14 +46,12 @@ def decode(H: np.ndarray, W0: np.ndarray, b0: np.ndarray, *,
     return networks.decode(H, {"W0": W0, "b0": b0}, chosen=chosen)
 
 
-decode_backward = spelled_out(
-    networks.decode_backward, "W0 b0",
-    "dX : (N, C, 2 U)  ->  dH (N, m, U), dW0 (m, C, K), db0 (m,)")
+decode_backward = spelled_out(networks.decode_backward, "W0 b0",
+                              "dX : (N, C, 2 U)  ->  dH (N, m, U), dW0 (m, C, K), db0 (m,)")
 
 
-def autoencoder_loss(X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *,
-                     alpha: float = networks.SPARSE, mean: bool = True,
-                     chosen: np.ndarray | None = None) -> Any:
+def autoencoder_loss(X: Array, W0: Array, b0: Array, *, alpha: float = networks.SPARSE,
+                     mean: bool = True, chosen: Array | None = None) -> Any:
     """Equation 3:   || X - decode(encode(X)) ||^2 + alpha || W0, b0 ||_1
 
     X : (N, C, T), T even, W0 : (m, C, K), b0 : (m,);  mean : both sums divided by their numbers of
@@ -65,12 +60,11 @@ def autoencoder_loss(X: np.ndarray, W0: np.ndarray, b0: np.ndarray, *,
     return networks.autoencoder_loss(X, {"W0": W0, "b0": b0}, alpha=alpha, mean=mean, chosen=chosen)
 
 
-autoencoder_loss_backward = spelled_out(
-    networks.autoencoder_loss_backward, "W0 b0",
-    "dloss : scalar  ->  dX (N, C, T), dW0 (m, C, K), db0 (m,)")
+autoencoder_loss_backward = spelled_out(networks.autoencoder_loss_backward, "W0 b0",
+                                        "dloss : scalar  ->  dX (N, C, T), dW0 (m, C, K), db0 (m,)")
 
 
-def transform(X: np.ndarray, *arrays: np.ndarray) -> np.ndarray:
+def transform(X: Array, *arrays: Array) -> Array:
     """The network T:   conv1d(relu(conv1d(relu(conv1d(X, W1, b1)), W2, b2)), W3, b3),
     padding "same"
 
@@ -85,10 +79,9 @@ transform_backward = spelled_out(
     "dY : (N, C, T)  ->  dX (N, C, T) and a gradient for each of W1, b1, W2, b2, W3, b3")
 
 
-def total_loss(*arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.ndarray,
-               contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray, W0: np.ndarray,
-               b0: np.ndarray, mean: np.ndarray, deviation: np.ndarray, reading: str = "norm",
-               foot_velocity: np.ndarray | None = None) -> Any:
+def total_loss(*arrays: Array, I: Array, hidden: Array, gram: Array,
+               contacts: Array, bones: Array, trajectory: Array, W0: Array, b0: Array, mean: Array,
+               deviation: Array, reading: str = "norm", foot_velocity: Array | None = None) -> Any:
     """Equation 10 of T(I): the mean over the clips of content + style + foot + bone + trajectory,
     with 10,000 squared lengths for a squared radian of turning, and the weights
 
@@ -106,24 +99,23 @@ def total_loss(*arrays: np.ndarray, I: np.ndarray, hidden: np.ndarray, gram: np.
     for equations 7 to 9;  foot_velocity : (N, 4, 3, T - 1), the target of `foot_loss`, 0 unless
     given   ->  scalar
     """
-    batch = objective.Batch(I, gram, contacts, bones, trajectory, hidden,
-                            foot_velocity=0.0 if foot_velocity is None else foot_velocity)
-    return objective.total_loss(*_problem(arrays, batch, W0, b0, mean, deviation, reading))[0]
+    return objective.total_loss(*_problem(
+        arrays, W0, b0, mean, deviation, reading, foot_velocity, I=I, gram=gram, contacts=contacts,
+        bones=bones, trajectory=trajectory, hidden=hidden))[0]
 
 
-def total_loss_backward(dloss: Any, *arrays: np.ndarray, W0: np.ndarray, b0: np.ndarray,
-                        mean: np.ndarray, deviation: np.ndarray, reading: str = "norm",
-                        foot_velocity: np.ndarray | None = None,
-                        **targets: np.ndarray) -> tuple[np.ndarray, ...]:
+def total_loss_backward(dloss: Any, *arrays: Array,
+                        W0: Array, b0: Array, mean: Array, deviation: Array, reading: str = "norm",
+                        foot_velocity: Array | None = None, **targets: Array) -> tuple[Array, ...]:
     """dloss : scalar  ->  a gradient for each of W1, b1, W2, b2, W3, b3; everything else is a
     constant"""
-    batch = objective.Batch(
-        **targets, foot_velocity=0.0 if foot_velocity is None else foot_velocity)
-    problem = _problem(arrays, batch, W0, b0, mean, deviation, reading)
-    gradients = objective.total_loss_backward(dloss, *problem)
+    gradients = objective.total_loss_backward(dloss, *_problem(
+        arrays, W0, b0, mean, deviation, reading, foot_velocity, **targets))
     return tuple(gradients[name] for name in T_NAMES.split())
 
 
-def _problem(arrays, batch, W0, b0, mean, deviation, reading):
+def _problem(arrays, W0, b0, mean, deviation, reading, foot_velocity, **targets):
+    batch = objective.Batch(
+        **targets, foot_velocity=0.0 if foot_velocity is None else foot_velocity)
     return (dict(zip(T_NAMES.split(), arrays)), batch, {"W0": W0, "b0": b0}, mean, deviation,
             objective.WEIGHTS[reading])

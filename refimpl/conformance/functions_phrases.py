@@ -16,6 +16,7 @@ from ..motion.skeleton import with_pose
 from ..torresani2006 import align, blend, database, observe, poses, regress, svr, synthesise
 from .dealt import Dealt, said
 from .definitions_torresani import sequences
+from .specification import Array
 
 ROTATIONS = ("Zrotation", "Xrotation", "Yrotation")
 
@@ -37,9 +38,8 @@ def _fragments(angles, root, lengths, fps, contents=None, styles=None):
             for n, part in enumerate(parts)]
 
 
-def motion_to_poses(rotations: np.ndarray, places: np.ndarray, *, lengths: Sequence[int],
-                    parents: np.ndarray, bones: np.ndarray, free: Sequence[int], fps: float,
-                    ) -> tuple[np.ndarray, ...]:
+def motion_to_poses(rotations: Array, places: Array, *, lengths: Sequence[int], parents: Array,
+                    bones: Array, free: Sequence[int], fps: float,) -> tuple[Array, ...]:
     """Section 3: clips of one skeleton as angles from their mean pose, 30 frames a second.
 
     1. The carrier: down from joint 0 as long as there is one child, the last of these joints that
@@ -75,8 +75,8 @@ def motion_to_poses(rotations: np.ndarray, places: np.ndarray, *, lengths: Seque
             np.concatenate([f.angles for f in made]), np.concatenate([f.root for f in made]))
 
 
-def posed_joints(angles: np.ndarray, root: np.ndarray, *, parents: np.ndarray, bones: np.ndarray,
-                 reference: np.ndarray, carrier: int, up: str) -> np.ndarray:
+def posed_joints(angles: Array, root: Array, *, parents: Array, bones: Array,
+                 reference: Array, carrier: int, up: str) -> Array:
     """The way back: where the joints are in the world.
 
         R_j = reference_j exp(v_j),   of the carrier turned about the vertical by the heading;
@@ -95,10 +95,9 @@ def _sight(relative):
     return observe.Sight("", partial(observe.descriptors, relative=relative))
 
 
-def observed_styles(angles: np.ndarray, root: np.ndarray, *, lengths: Sequence[int],
+def observed_styles(angles: Array, root: Array, *, lengths: Sequence[int],
                     contents: Sequence[int], asked: Sequence[int], fps: float, relative: bool,
-                    parents: np.ndarray, bones: np.ndarray, reference: np.ndarray, carrier: int,
-                    up: str) -> np.ndarray:
+                    parents: Array, bones: Array, reference: Array, carrier: int, up: str) -> Array:
     """The computed observer, of the fragments that it has learnt from. d = (flow, weight, time) of
     the logarithms (of 1e-12 at least) of the `effort_measures` of `posed_joints`:
 
@@ -119,7 +118,7 @@ def observed_styles(angles: np.ndarray, root: np.ndarray, *, lengths: Sequence[i
     return np.array([observe.observe(f, observer, str(a)) for f, a in zip(fragments, asked)])
 
 
-def all_dtw_costs(frames: np.ndarray, *, lengths: Sequence[int]) -> np.ndarray:
+def all_dtw_costs(frames: Array, *, lengths: Sequence[int]) -> Array:
     """`dtw_cost` of each two sequences.
 
     frames : (sum of lengths, D), the sequences end to end, lengths : frames of each   ->  (N, N)
@@ -127,8 +126,7 @@ def all_dtw_costs(frames: np.ndarray, *, lengths: Sequence[int]) -> np.ndarray:
     return align.all_pairs(sequences(frames, lengths))
 
 
-def ridge_errors(K: np.ndarray, Y: np.ndarray, *, ridges: np.ndarray,
-                 folds: np.ndarray) -> np.ndarray:
+def ridge_errors(K: Array, Y: Array, *, ridges: Array, folds: Array) -> Array:
     """Mean over the examples of the squared error of `kernel_ridge` where it was not trained: of
     each fold by the examples of the others.
 
@@ -137,18 +135,15 @@ def ridge_errors(K: np.ndarray, Y: np.ndarray, *, ridges: np.ndarray,
     return regress.ridge_errors(K, Y, ridges.tolist(), folds)
 
 
-def machine_errors(Ks: np.ndarray, Y: np.ndarray, *, boxes: np.ndarray, epsilons: np.ndarray,
-                   folds: np.ndarray) -> np.ndarray:
+def machine_errors(Ks: Array, Y: Array, *, boxes: Array, epsilons: Array, folds: Array) -> Array:
     """The same of `support_vector_regression`, of each kernel, C, epsilon and effort.
 
     Ks : (G, N, N), Y : (N, E);  boxes : (B,), epsilons : (P,);  folds : (N,)   ->  (G, B, P, E)
     """
-    return regress.svr_errors(Ks, Y, boxes.tolist(), epsilons.tolist(), folds,
-                              tolerance=1e-12)
+    return regress.svr_errors(Ks, Y, boxes.tolist(), epsilons.tolist(), folds, tolerance=1e-12)
 
 
-def machine_violation(K: np.ndarray, y: np.ndarray, beta: np.ndarray, *, C: float,
-                      epsilon: float) -> float:
+def machine_violation(K: Array, y: Array, beta: Array, *, C: float, epsilon: float) -> float:
     """How far from the Karush-Kuhn-Tucker conditions the betas of a support vector machine are:
     with r = y - K beta, how far the largest r - epsilon (r + epsilon where beta < 0) of those with
     beta < C lies above the least r - epsilon (r + epsilon where beta <= 0) of those with beta > -C,
@@ -159,8 +154,7 @@ def machine_violation(K: np.ndarray, y: np.ndarray, beta: np.ndarray, *, C: floa
     return svr.kkt_violation(K, y, beta, C, epsilon)
 
 
-def fitted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
-                 dealt: np.ndarray) -> np.ndarray:
+def fitted_style(Z: Array, Y: Array, new: Array, *, kind: str, dealt: Array) -> Array:
     """`predicted_style` with the hyper-parameters of each effort chosen by cross-validation: those
     of the least error (`ridge_errors`, `machine_errors`; the first of equals, the last named
     running fastest), means and deviations being those of all examples.
@@ -176,9 +170,8 @@ def fitted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
     return regress.predict(regress.fit_model(kind, Z, Y, rng), new)
 
 
-def joined_motions(angles: np.ndarray, root: np.ndarray, *, lengths: Sequence[int],
-                   reference: np.ndarray, fps: float, seam: float | None = None,
-                   up: str = "y") -> tuple[np.ndarray, np.ndarray]:
+def joined_motions(angles: Array, root: Array, *, lengths: Sequence[int], reference: Array,
+                   fps: float, seam: float | None = None, up: str = "y") -> tuple[Array, Array]:
     """Section 7: parts one after the other.
 
     1. A part is set down where the one before ends: turned about the vertical so that its heading
@@ -198,18 +191,16 @@ def joined_motions(angles: np.ndarray, root: np.ndarray, *, lengths: Sequence[in
     """
     bones = np.zeros((len(reference), 3))
     body = _body(range(-1, len(bones) - 1), bones, reference, 0, up)
-    made = synthesise.join(_fragments(angles, root, lengths, fps), body,
-                           **said(seam=seam))
+    made = synthesise.join(_fragments(angles, root, lengths, fps), body, **said(seam=seam))
     return made.angles, made.root
 
 
-def styled_phrase(Y: np.ndarray, *, root_Y: np.ndarray, angles: np.ndarray, root: np.ndarray,
-                  lengths: Sequence[int], contents: Sequence[int] | None, styles: np.ndarray | None,
-                  parents: np.ndarray, bones: np.ndarray, reference: np.ndarray, carrier: int,
-                  up: str, fps: float, pairs: np.ndarray, alpha: np.ndarray, dealt: np.ndarray,
-                  kind: str, target: np.ndarray, components: int = 3, clusters: int = 1,
-                  relative: bool = True, count: int | None = None, looks: int | None = None
-                  ) -> tuple[np.ndarray, ...]:
+def styled_phrase(Y: Array, *, root_Y: Array, angles: Array, root: Array,
+                  lengths: Sequence[int], contents: Sequence[int] | None, styles: Array | None,
+                  parents: Array, bones: Array, reference: Array, carrier: int,
+                  up: str, fps: float, pairs: Array, alpha: Array, dealt: Array, kind: str,
+                  target: Array, components: int = 3, clusters: int = 1, relative: bool = True,
+                  count: int | None = None, looks: int | None = None) -> tuple[Array, ...]:
     """Sections 4 to 7 together: a phrase in another style.
 
     1. contents, where none are given: `content_clusters` of `all_dtw_costs` with the

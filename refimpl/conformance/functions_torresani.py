@@ -12,9 +12,10 @@ import numpy as np
 
 from ..torresani2006 import align, pca, poses, regress, segment, svr, synthesise
 from . import definitions_torresani as plain
+from .specification import Array
 
 
-def dtw_cost(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
+def dtw_cost(X: Array, Y: Array) -> Array:
     """SSD of equations 3 to 5 by dynamic programming, steps (1,0), (1,1), (0,1), each at the cost
     of the cell it enters.
 
@@ -23,7 +24,7 @@ def dtw_cost(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     return np.asarray(align.dtw(X, Y)[0])
 
 
-def dtw_path(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
+def dtw_path(X: Array, Y: Array) -> Array:
     """The best path from (0, 0) to (P-1, Q-1); of equal ways back the diagonal, then (p-1, q), then
     (p, q-1).
 
@@ -32,7 +33,7 @@ def dtw_path(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     return align.dtw(X, Y)[1]
 
 
-def content_clusters(ssd: np.ndarray, *, threshold: float) -> np.ndarray:
+def content_clusters(ssd: Array, *, threshold: float) -> Array:
     """Fragments linked by chains of SSD below the threshold.
 
     ssd : (N, N), threshold : radians squared  ->  (N,) numbers from 0 in the order of their first
@@ -41,9 +42,9 @@ def content_clusters(ssd: np.ndarray, *, threshold: float) -> np.ndarray:
     return align.clusters(ssd, threshold)
 
 
-def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, root_Y: np.ndarray,
-                             path: np.ndarray, *, alpha: float, smooth: float = align.SMOOTH,
-                             up: str = "y") -> tuple[np.ndarray, np.ndarray]:
+def space_time_interpolation(X: Array, Y: Array, root_X: Array, root_Y: Array,
+                             path: Array, *, alpha: float, smooth: float = align.SMOOTH,
+                             up: str = "y") -> tuple[Array, Array]:
     """Section 5: the blend of two sequences along a path, alpha = 0 the first, 1 the second.
 
     1. The path's steps in p, and in q, are smoothed by scipy.ndimage.gaussian_filter1d(steps,
@@ -73,8 +74,7 @@ def space_time_interpolation(X: np.ndarray, Y: np.ndarray, root_X: np.ndarray, r
     return made.angles, made.root
 
 
-def one_stage_segmentation(Y: np.ndarray, frames: np.ndarray, *,
-                           lengths: Sequence[int]) -> tuple[np.ndarray, ...]:
+def one_stage_segmentation(Y: Array, frames: Array, *, lengths: Sequence[int]) -> tuple[Array, ...]:
     """Equations 8 to 11: Y as the cheapest sequence of fragments, by dynamic programming:
 
         C(p, q, i) = d(p, q, i) + min( C(p-1, q, i), C(p-1, q-1, i), C(p, q-1, i) )     where q > 0
@@ -92,8 +92,8 @@ def one_stage_segmentation(Y: np.ndarray, frames: np.ndarray, *,
     return (np.asarray(total), *map(np.array, zip(*found)))
 
 
-def principal_components(frames: np.ndarray, *, lengths: Sequence[int], components: int,
-                         length: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def principal_components(frames: Array, *, lengths: Sequence[int], components: int,
+                         length: int) -> tuple[Array, Array, Array]:
     """The directions of largest variance of sequences stretched to one length (frames linearly
     interpolated).
 
@@ -107,23 +107,23 @@ def principal_components(frames: np.ndarray, *, lengths: Sequence[int], componen
     return fitted.mean, fitted.basis, np.array([pca.pca_scores(fitted, x) for x in sequences])
 
 
-def gaussian_kernel(A: np.ndarray, B: np.ndarray, *, gamma: float) -> np.ndarray:
+def gaussian_kernel(A: Array, B: Array, *, gamma: float) -> Array:
     """k(a, b) = exp( -gamma || a - b ||^2 ).   A : (M, d), B : (N, d), gamma above 0  ->  (M, N)"""
     return regress.gaussian_kernel(A, B, gamma)
 
 
-def linear_ridge(Z: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
+def linear_ridge(Z: Array, Y: Array, *, ridge: float) -> Array:
     """theta = (Z^T Z + ridge I)^-1 Z^T Y.   Z : (N, d), Y : (N, E), ridge above 0  ->  (d, E)"""
     return regress.linear_ridge(Z, Y, ridge)
 
 
-def kernel_ridge(K: np.ndarray, Y: np.ndarray, *, ridge: float) -> np.ndarray:
+def kernel_ridge(K: Array, Y: Array, *, ridge: float) -> Array:
     """a = (K + ridge I)^-1 Y.   K : (N, N), Y : (N, E), ridge above 0  ->  (N, E)"""
     return regress.kernel_ridge(K, Y, ridge)
 
 
-def support_vector_regression(K: np.ndarray, y: np.ndarray, K_new: np.ndarray, *, C: float,
-                              epsilon: float) -> tuple[np.ndarray, np.ndarray]:
+def support_vector_regression(K: Array, y: Array, K_new: Array, *, C: float,
+                              epsilon: float) -> tuple[Array, Array]:
     """Epsilon-insensitive support vector regression with offset, solved to the end.
 
     K : (N, N) kernel of the examples, y : (N,), K_new : (M, N);  C : box, epsilon : half width of
@@ -136,9 +136,9 @@ def support_vector_regression(K: np.ndarray, y: np.ndarray, K_new: np.ndarray, *
     return objective, svr.predict_svr(K_new, beta, b)
 
 
-def predicted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
+def predicted_style(Z: Array, Y: Array, new: Array, *, kind: str,
                     ridge: float | None = None, gamma: float | None = None,
-                    C: float | None = None, epsilon: float | None = None) -> np.ndarray:
+                    C: float | None = None, epsilon: float | None = None) -> Array:
     """f of equation 1, fitted with known hyper-parameters: the columns of Z standardised by mean
     and deviation (of the population; a constant one is divided by 1), the mean label taken out and
     put back. "linear interpolation" is e_i + alpha (e_j - e_i) of the columns as they are.
@@ -147,15 +147,14 @@ def predicted_style(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
     new : (M, d)
     kind : "linear interpolation", "linear ridge", "kernel ridge" or "support vector"   ->  (M, E)
     """
-    chosen: dict[str, Any] = {
-        "linear interpolation": {}, "linear ridge": {"lambda": ridge},
-        "kernel ridge": {"gamma": gamma, "lambda": ridge},
-        "support vector": {"gamma": gamma, "C": C, "epsilon": epsilon}}[kind]
+    chosen: dict[str, Any] = {"linear interpolation": {}, "linear ridge": {"lambda": ridge},
+                              "kernel ridge": {"gamma": gamma, "lambda": ridge},
+                              "support vector": {"gamma": gamma, "C": C, "epsilon": epsilon}}[kind]
     fitted = regress.fit_with(kind, Z, Y, [chosen] * Y.shape[1], tolerance=1e-12)
     return regress.predict(fitted, new)
 
 
-def continuous_exponential_maps(R: np.ndarray, reference: np.ndarray) -> np.ndarray:
+def continuous_exponential_maps(R: Array, reference: Array) -> Array:
     """Rotation vectors v of reference^T R that run on past pi instead of jumping: in each frame the
     one of v + 2 pi k u, u = v / |v|, nearest to the frame before. The first frame has the shortest,
     or that minus 2 pi u if the whole track is then shorter in the mean and its longest step is not
@@ -166,7 +165,7 @@ def continuous_exponential_maps(R: np.ndarray, reference: np.ndarray) -> np.ndar
     return poses.exponential_maps(R, reference)
 
 
-def polynomials(coefficients: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+def polynomials(coefficients: Array) -> Callable[[Array], Array]:
     """Polynomials, coefficients (N, degree + 1) from the constant on, as a function of (N,).
 
     >>> polynomials(np.array([[1.0, 0.0, 2.0]]))(np.array([3.0]))
@@ -176,8 +175,8 @@ def polynomials(coefficients: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
                                for value, c in zip(x, coefficients)])
 
 
-def golden_section(coefficients: np.ndarray, low: np.ndarray, high: np.ndarray, *,
-                   tolerance: float = 1e-6) -> np.ndarray:
+def golden_section(coefficients: Array, low: Array, high: Array, *,
+                   tolerance: float = 1e-6) -> Array:
     """Where polynomials have their minimum between two ends, by golden-section search: the middle
     of the last interval, which is no wider than the tolerance.
 
@@ -186,8 +185,8 @@ def golden_section(coefficients: np.ndarray, low: np.ndarray, high: np.ndarray, 
     return synthesise.golden_section(polynomials(coefficients), low, high, tolerance)
 
 
-def best_alpha(coefficients: np.ndarray, *, samples: int = synthesise.SAMPLES,
-               tolerance: float = 1e-6) -> np.ndarray:
+def best_alpha(coefficients: Array, *, samples: int = synthesise.SAMPLES,
+               tolerance: float = 1e-6) -> Array:
     """Equation 12's search: the best of `samples` even steps over [-0.25, 1.25], then golden
     section between its neighbours, which stay inside that range.
 

@@ -9,18 +9,17 @@ from ..holden2017.trained import Manifold, Style
 from ..motion import extend
 from ..motion.windows import Normaliser
 from .functions_holden import T_NAMES
+from .specification import Array
 
 
-def manifold_of(W0: np.ndarray, b0: np.ndarray, mean: np.ndarray,
-                deviation: np.ndarray) -> Manifold:
+def manifold_of(W0: Array, b0: Array, mean: Array, deviation: Array) -> Manifold:
     """A trained loss network of arrays alone."""
     return Manifold({"W0": W0, "b0": b0}, Normaliser(mean, deviation, "these", "groups"),
                     objective.LEG, np.ones(0))
 
 
-def stylised_numbers(features: np.ndarray, *arrays: np.ndarray, W0: np.ndarray, b0: np.ndarray,
-                     mean: np.ndarray, deviation: np.ndarray,
-                     projected: bool = True) -> np.ndarray:
+def stylised_numbers(features: Array, *arrays: Array, W0: Array,
+                     b0: Array, mean: Array, deviation: Array, projected: bool = True) -> Array:
     """`project` of `transform` of (features - mean) / deviation, one clip, and back; without the
     projection where it is not asked for.
 
@@ -31,8 +30,8 @@ def stylised_numbers(features: np.ndarray, *arrays: np.ndarray, W0: np.ndarray, 
     return transfer.stylise(features, style, projected=projected)
 
 
-def projected_numbers(features: np.ndarray, W0: np.ndarray, b0: np.ndarray, *, mean: np.ndarray,
-                      deviation: np.ndarray) -> np.ndarray:
+def projected_numbers(features: Array, W0: Array, b0: Array, *, mean: Array,
+                      deviation: Array) -> Array:
     """The mean of `project` of the normalised features and of the same with the first frame doubled
     before and dropped after, and back: of both ways to take frames in pairs.
 
@@ -41,7 +40,7 @@ def projected_numbers(features: np.ndarray, W0: np.ndarray, b0: np.ndarray, *, m
     return transfer.project_features(features, manifold_of(W0, b0, mean, deviation))
 
 
-def fitted_weights(leg: np.ndarray, *, hidden: int = 256, reading: str = "norm") -> np.ndarray:
+def fitted_weights(leg: Array, *, hidden: int = 256, reading: str = "norm") -> Array:
     """The weights of `total_loss` where a leg has another length than the 80 that they are for,
     and the loss network other than 256 units: foot, bone and trajectory times (leg / 80)^-2,
     and, for mean_squares, times 256 / hidden; 10,000 times (leg / 80)^2.
@@ -53,8 +52,7 @@ def fitted_weights(leg: np.ndarray, *, hidden: int = 256, reading: str = "norm")
     return np.array([[getattr(w, name) for name in objective.WEIGHED] for w in fitted])
 
 
-def decode_untied(H: np.ndarray, V0: np.ndarray, c0: np.ndarray, *,
-                  chosen: np.ndarray | None = None) -> np.ndarray:
+def decode_untied(H: Array, V0: Array, c0: Array, *, chosen: Array | None = None) -> Array:
     """Equation 2 with filters and biases of its own:   X = conv_transpose1d(avg_depool1d(H, 2), V0)
     + c0
 
@@ -63,14 +61,14 @@ def decode_untied(H: np.ndarray, V0: np.ndarray, c0: np.ndarray, *,
     return networks.decode(H, {"V0": V0, "c0": c0}, chosen=chosen)
 
 
-def decode_untied_backward(dX: np.ndarray, H: np.ndarray, V0: np.ndarray, c0: np.ndarray, *,
-                           chosen: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+def decode_untied_backward(dX: Array, H: Array, V0: Array, c0: Array, *,
+                           chosen: Array | None = None) -> tuple[Array, ...]:
     """dX : (N, C, 2 U)  ->  dH (N, m, U), dV0 (m, C, K), dc0 (C,)"""
     dH, found = networks.decode_backward(dX, H, {"V0": V0, "c0": c0}, chosen=chosen)
     return dH, found["V0"], found["c0"]
 
 
-def extended(positions: np.ndarray, *, frames: int) -> np.ndarray:
+def extended(positions: Array, *, frames: int) -> Array:
     """The clip with so many frames more after it, and before it the same told backwards.
 
     A frame is told by 42 vectors: its joints as seen from under the hips, facing ahead (across =

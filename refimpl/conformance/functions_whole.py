@@ -16,9 +16,10 @@ from ..torresani2006 import align, regress, synthesise
 from .dealt import Dealt, draws_of, said, trained
 from .functions_holden import T_NAMES
 from .functions_transfer import manifold_of
+from .specification import Array
 
 
-def facing_direction(positions: np.ndarray) -> np.ndarray:
+def facing_direction(positions: Array) -> Array:
     """Where the body faces on the floor: across = (LeftArm - RightArm) + (LeftUpLeg - RightUpLeg),
     forward = across x up, on the floor a unit vector, smoothed over time by
     scipy.ndimage.gaussian_filter1d(..., 20, mode="nearest") and made a unit vector again.
@@ -28,7 +29,7 @@ def facing_direction(positions: np.ndarray) -> np.ndarray:
     return numbers.facing(positions)
 
 
-def floor_height(positions: np.ndarray) -> float:
+def floor_height(positions: Array) -> float:
     """The mean of the heights of the lowest foot joint, h[t], with the weights
 
         exp(-(h[t] - min h) / s),   s = 0.01 leg
@@ -40,7 +41,7 @@ def floor_height(positions: np.ndarray) -> float:
     return numbers.floor_height(positions)
 
 
-def foot_contacts(positions: np.ndarray, *, floor: float) -> np.ndarray:
+def foot_contacts(positions: Array, *, floor: float) -> Array:
     """1 where a foot joint is slow and low, leg as for `floor_height`:
 
         |p[t+1] - p[t]|^2 < 1.5 (leg / 80.07)^2   and   y[t] - floor < 11 leg / 80.07 (heels),
@@ -53,7 +54,7 @@ def foot_contacts(positions: np.ndarray, *, floor: float) -> np.ndarray:
     return feet.foot_contacts(positions, floor).astype(int)
 
 
-def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def planted_feet(positions: Array) -> tuple[Array, Array]:
     """Where each of the four foot joints rests on this body, and in which frames it is planted.
 
     1. Of each five frames (the clip's ends repeated) the position nearest to the other four, by the
@@ -73,7 +74,7 @@ def planted_feet(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return ground.resting_heights(positions), ground.planted_feet(positions)[1].astype(int)
 
 
-def ground_height(positions: np.ndarray) -> float:
+def ground_height(positions: Array) -> float:
     """The lower of the two heights at which the toes rest (`planted_feet`).
 
     positions : (T, 21, 3), y up, 60 frames a second   ->  scalar
@@ -81,7 +82,7 @@ def ground_height(positions: np.ndarray) -> float:
     return ground.planted_feet(positions)[0]
 
 
-def motion_to_numbers(positions: np.ndarray, *, floor: float) -> tuple[np.ndarray, np.ndarray]:
+def motion_to_numbers(positions: Array, *, floor: float) -> tuple[Array, Array]:
     """Section 3.1: the 66 numbers of each frame. The root is x and z of the joint Hips, smoothed by
     scipy.ndimage.gaussian_filter1d(..., 3, mode="nearest"), at the floor's height; yaw = atan2(x,
     z) of `facing_direction`; Y(a) turns about y and takes (0, 0, 1) to (sin a, 0, cos a);
@@ -98,7 +99,7 @@ def motion_to_numbers(positions: np.ndarray, *, floor: float) -> tuple[np.ndarra
     return found, np.array([start.x, start.z, start.yaw])
 
 
-def numbers_to_motion(features: np.ndarray, start: np.ndarray) -> np.ndarray:
+def numbers_to_motion(features: Array, start: Array) -> Array:
     """The way back:   yaw[t+1] = yaw[t] + turn[t],   root[t+1] = root[t] + Y(yaw[t+1]) v_r[t]
 
     features : (T, 66);  start : (4,) x, z and yaw of the root in frame 0, and its height, which is
@@ -107,9 +108,8 @@ def numbers_to_motion(features: np.ndarray, start: np.ndarray) -> np.ndarray:
     return numbers.decode(features, numbers.Start(*map(float, start)))
 
 
-def motion_windows(features: np.ndarray, contacts: np.ndarray, *,
-                   length: int | None = None, step: int | None = None
-                   ) -> tuple[np.ndarray, np.ndarray]:
+def motion_windows(features: Array, contacts: Array,
+                   *, length: int | None = None, step: int | None = None) -> tuple[Array, Array]:
     """Windows that begin every `step` frames, and one more that ends with the clip where frames are
     left over. A clip shorter than a window is padded by its first and last frame, one more behind
     than before where they are odd; its last row and all of the padding get velocities of 0.
@@ -120,8 +120,7 @@ def motion_windows(features: np.ndarray, contacts: np.ndarray, *,
     return windows.windows(features, contacts, **said(length=length, step=step))
 
 
-def normaliser(features: np.ndarray, contacts: np.ndarray, *,
-               form: str = "groups") -> tuple[np.ndarray, np.ndarray]:
+def normaliser(features: Array, contacts: Array, *, form: str = "groups") -> tuple[Array, Array]:
     """Mean and deviation (of the population) of each of the 66 numbers; the velocities' mean is 0,
     their deviations are about their own.
 
@@ -138,13 +137,13 @@ def normaliser(features: np.ndarray, contacts: np.ndarray, *,
     return found.mean, found.deviation
 
 
-def project(X: np.ndarray, W0: np.ndarray, b0: np.ndarray) -> np.ndarray:
+def project(X: Array, W0: Array, b0: Array) -> Array:
     """Projection onto the manifold, decode(encode(X)); where T is odd the last frame is doubled
     before and dropped after.   X : (N, C, T), W0 : (m, C, K), b0 : (m,)   ->  (N, C, T)"""
     return networks.project(X, {"W0": W0, "b0": b0})
 
 
-def style_target(hidden: np.ndarray, *, lengths: tuple[int, ...], frames: int) -> np.ndarray:
+def style_target(hidden: Array, *, lengths: tuple[int, ...], frames: int) -> Array:
     """The Gram matrix that an output of so many hidden frames should have, of several exemplars:
 
         frames * sum_e H_e H_e^T / sum_e T_e
@@ -157,7 +156,7 @@ def style_target(hidden: np.ndarray, *, lengths: tuple[int, ...], frames: int) -
     return losses.style_target(np.split(hidden, np.cumsum(lengths)[:-1], axis=1), frames)
 
 
-def initial_filters(uniform: np.ndarray) -> np.ndarray:
+def initial_filters(uniform: Array) -> Array:
     """Filters before training, of uniform random numbers of [0, 1):
 
         (2 uniform - 1) sqrt(6 / ((inputs + outputs) width))
@@ -169,7 +168,7 @@ def initial_filters(uniform: np.ndarray) -> np.ndarray:
     return networks.uniform_filters(rng, outputs, inputs, width, uniform.dtype)
 
 
-def learning_rate(epoch: np.ndarray, *, rate: float, epochs: int) -> np.ndarray:
+def learning_rate(epoch: Array, *, rate: float, epochs: int) -> Array:
     """rate min(1, 2 (1 - (epoch - 1/2) / epochs)) in each epoch, of which the first is 1.
 
     epoch : (E,) whole numbers   ->  (E,)
@@ -177,10 +176,9 @@ def learning_rate(epoch: np.ndarray, *, rate: float, epochs: int) -> np.ndarray:
     return np.array([annealed(rate, int(e), epochs) for e in epoch])
 
 
-def train_loss_network(W0: np.ndarray, b0: np.ndarray, *, X: np.ndarray, order: np.ndarray,
-                       batch: int, rate: float, alpha: float = networks.SPARSE,
-                       dropout: float = 0.0, kept: np.ndarray | None = None,
-                       chosen: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+def train_loss_network(W0: Array, b0: Array, *, X: Array, order: Array, batch: int,
+                       rate: float, alpha: float = networks.SPARSE, dropout: float = 0.0,
+                       kept: Array | None = None, chosen: Array | None = None) -> tuple[Array, ...]:
     """Training the loss network on equation 3 (means) by Adam (`learning_rate`, 0.9, 0.999, 1e-8).
     Epoch e visits the windows in the order order[e], `batch` at a time, the last batch as small as
     it comes; Adam counts its steps through all epochs.
@@ -199,13 +197,11 @@ def train_loss_network(W0: np.ndarray, b0: np.ndarray, *, X: np.ndarray, order: 
         state=train.start_state({"W0": W0, "b0": b0})), W0.dtype)
 
 
-def train_transformation_network(*arrays: np.ndarray, I: np.ndarray, gram: np.ndarray,
-                                 contacts: np.ndarray, bones: np.ndarray, trajectory: np.ndarray,
-                                 W0: np.ndarray, b0: np.ndarray, mean: np.ndarray,
-                                 deviation: np.ndarray, order: np.ndarray, batch: int, rate: float,
-                                 reading: str = "mean_squares",
-                                 foot_velocity: np.ndarray | None = None
-                                 ) -> tuple[np.ndarray, ...]:
+def train_transformation_network(*arrays: Array, I: Array,
+                                 gram: Array, contacts: Array, bones: Array, trajectory: Array,
+                                 W0: Array, b0: Array, mean: Array, deviation: Array, order: Array,
+                                 batch: int, rate: float, reading: str = "mean_squares",
+                                 foot_velocity: Array | None = None) -> tuple[Array, ...]:
     """Training T on equation 10 (`total_loss`, the mean over a batch) against a loss network that
     stays; Adam, epochs and batches as in `train_loss_network`.
 
@@ -225,8 +221,8 @@ def train_transformation_network(*arrays: np.ndarray, I: np.ndarray, gram: np.nd
         state=train.start_state(dict(zip(T_NAMES.split(), arrays)))), I.dtype)
 
 
-def initial_networks(uniform: np.ndarray, *, hidden: int, channels: int, features: int,
-                     width: int) -> tuple[np.ndarray, ...]:
+def initial_networks(uniform: Array, *, hidden: int, channels: int, features: int,
+                     width: int) -> tuple[Array, ...]:
     """The networks before training, filters of one stream of uniform random numbers of [0, 1) as
     `initial_filters` makes them, biases 0: W0, W1, W2, W3 of 2017, then We, Wd of 2016.
 
@@ -241,7 +237,7 @@ def initial_networks(uniform: np.ndarray, *, hidden: int, channels: int, feature
     return (*made.values(), *T.values(), *code.values())
 
 
-def initial_noise(uniform: np.ndarray) -> np.ndarray:
+def initial_noise(uniform: Array) -> Array:
     """What the search of 2016 begins at:   (2 uniform - 1) sqrt(6 / (numbers + T))
 
     uniform : (numbers, T) of [0, 1)   ->  (1, numbers, T)
@@ -250,12 +246,10 @@ def initial_noise(uniform: np.ndarray) -> np.ndarray:
     return search.noise(rng, uniform.shape[1], uniform.shape[0])
 
 
-def style_search(content: np.ndarray, style: np.ndarray, start: np.ndarray, We: np.ndarray,
-                 be: np.ndarray, Wd: np.ndarray, bd: np.ndarray, *, mean: np.ndarray,
-                 deviation: np.ndarray, amount: float = search.AMOUNT,
-                 iterations: int = search.ITERATIONS,
-                 constraint_iterations: int = search.CONSTRAINT_ITERATIONS
-                 ) -> tuple[np.ndarray, ...]:
+def style_search(content: Array, style: Array, start: Array,
+                 We: Array, be: Array, Wd: Array, bd: Array, *, mean: Array, deviation: Array,
+                 amount: float = search.AMOUNT, iterations: int = search.ITERATIONS,
+                 constraint_iterations: int = search.CONSTRAINT_ITERATIONS) -> tuple[Array, ...]:
     """The script of the 2016 code. L and L+ are encode_2016 and decode_2016 without dropout, on
     (rows - mean) / deviation; G = L(style) L(style)^T.
 
@@ -279,7 +273,7 @@ def style_search(content: np.ndarray, style: np.ndarray, start: np.ndarray, We: 
     return found.result, found.after_style, found.before_tail
 
 
-def cluster_threshold(ssd: np.ndarray, *, count: int) -> float:
+def cluster_threshold(ssd: Array, *, count: int) -> float:
     """A threshold with which `content_clusters` finds so many contents: half-way between the
     longest link that is needed (0 for N contents) and the shortest that is not to be made; for one
     content twice the longest, plus 1. Where these two are equally long no threshold does, and it is
@@ -290,9 +284,8 @@ def cluster_threshold(ssd: np.ndarray, *, count: int) -> float:
     return align.threshold_for(ssd, count)
 
 
-def best_pair(coefficients: np.ndarray, styles: np.ndarray, Z: np.ndarray, Y: np.ndarray, *,
-              target: np.ndarray, kind: str, ridge: float, gamma: float | None = None
-              ) -> tuple[np.ndarray, ...]:
+def best_pair(coefficients: Array, styles: Array, Z: Array, Y: Array, *, target: Array,
+              kind: str, ridge: float, gamma: float | None = None) -> tuple[Array, ...]:
     """Equation 12 over all ordered pairs k, l that are not one:   arg min || e - f(z_kl(alpha)) ||,
     alpha in [-0.25, 1.25] found as in `best_alpha` (13 samples, to 1e-5), or the best sample where
     the search ends higher. z_kl(alpha) = c_k, c_l, e_k, e_l, alpha.

@@ -1,5 +1,6 @@
 """Where real code breaks: samples of equation 10 whose terms all weigh."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ from ..holden2017 import losses, networks, objective
 from ..motion.features import (FEATURES, POSITIONS, TRANSLATION, TURN, VELOCITIES,
                                bone_lengths_by_frame)
 from ..motion.joints import BONES, JOINTS
-from .specification import Sample
+from .specification import Sample, called
 
 
 def totals(rng: np.random.Generator) -> list[Sample]:
@@ -23,7 +24,7 @@ def totals(rng: np.random.Generator) -> list[Sample]:
                                 *balanced(rng, reading, wished)))
     arrays, constants = balanced(rng, "mean_squares", wished)
     constants["deviation"] = constants["deviation"] * (np.arange(FEATURES) % 7 > 0)
-    found.append(Sample("numbers without deviation", arrays, constants))
+    found.append(called("numbers without deviation", *arrays, **constants))
     more = balanced(rng, "mean_squares", wished, clips=9, frames=17)
     return found + [Sample("nine clips of odd frames", *more)]
 
@@ -41,49 +42,36 @@ def balanced(rng: np.random.Generator, reading: str, wished: dict[str, float], c
     contacts = rng.random((clips, 4, frames)) < 0.6
     O = networks.transformation(I, dict(zip(networks.T_NAMES, arrays)))
     H = networks.encode(O, {"W0": W0, "b0": b0})
-
-    def _per_clip(loss):
-        return float(np.mean(loss))
-    feet_now = w.foot * _per_clip(losses.foot_loss(_motion(O, mean, deviation), contacts))
+    feet_now = w.foot * float(np.mean(losses.foot_loss(_motion(O, mean, deviation), contacts)))
     size = np.sqrt(wished["foot"] / feet_now)
     for numbers in (mean, deviation):
         numbers[POSITIONS] *= size
         numbers[TRANSLATION] *= size
     motion = _motion(O, mean, deviation)
-    away = {"content": n(H.shape), "gram": n((clips, units, units)),
-            "bones": rng.uniform(-1, 1, len(BONES)), "trajectory": n((clips, 3, frames))}
-    away["trajectory"][:, 0] *= 0.01
-    away["gram"] += away["gram"].swapaxes(1, 2)
-    gram = H @ H.swapaxes(1, 2)
+    steps = {"content": n(H.shape), "style": n((clips, units, units)),
+             "bone": rng.uniform(-1, 1, len(BONES)), "trajectory": n((clips, 3, frames))}
+    steps["trajectory"][:, 0] *= 0.01
+    steps["style"] += steps["style"].swapaxes(1, 2)
     frames_of_all = losses.joint_positions(motion).transpose(0, 3, 1, 2).reshape(-1, JOINTS, 3)
-    lengths = bone_lengths_by_frame(frames_of_all).mean(axis=0)
-    made: dict[str, Any] = {"hidden": H, "gram": gram, "bones": lengths,
-                            "trajectory": motion[:, VELOCITIES]}
-
-    def _term(name):
-        return {"content": lambda: w.content * _per_clip(losses.content_loss(
-                    made["hidden"], H, reading=reading)),
-                "style": lambda: w.style * _per_clip(losses.style_loss(
-                    made["gram"], H, s=1.0, reading=reading)),
-                "bone": lambda: w.bone * _per_clip(losses.bone_loss(motion, made["bones"])),
-                "trajectory": lambda: w.trajectory * _per_clip(losses.trajectory_loss(
-                    motion, made["trajectory"], turn_weight=w.turn))}[name]()
-    for name, key, start, step in (("content", "hidden", H, away["content"]),
-                                   ("style", "gram", gram, away["gram"]),
-                                   ("bone", "bones", lengths, away["bones"]),
-                                   ("trajectory", "trajectory", motion[:, VELOCITIES],
-                                    away["trajectory"])):
-        factor = 1.0
+    reached = {"content": H, "style": H @ H.swapaxes(1, 2), "trajectory": motion[:, VELOCITIES],
+               "bone": bone_lengths_by_frame(frames_of_all).mean(axis=0)}
+    loss_of: dict[str, Callable[[Any], Any]] = {
+        "content": lambda target: losses.content_loss(target, H, reading=reading),
+        "style": lambda target: losses.style_loss(target, H, s=1.0, reading=reading),
+        "bone": lambda target: losses.bone_loss(motion, target),
+        "trajectory": lambda target: losses.trajectory_loss(motion, target, turn_weight=w.turn)}
+    made = {}
+    for name, loss in loss_of.items():
+        factor, power = 1.0, 0.5 if reading != "norm" or name in ("bone", "trajectory") else 1.0
         for _ in range(40):                                      # to within a tenth
-            made[key] = start + factor * step
-            found = _term(name)
+            made[name] = reached[name] + factor * steps[name]
+            found = getattr(w, name) * float(np.mean(loss(made[name])))
             if abs(found / wished[name] - 1) < 0.1:
                 break
-            factor *= (wished[name] / found) ** (0.5 if reading != "norm" or name in (
-                "bone", "trajectory") else 1.0)
-    constants = {"I": I, "W0": W0, "b0": b0, **made, "contacts": contacts, "mean": mean,
-                 "deviation": deviation, "reading": reading}
-    return arrays, constants
+            factor *= (wished[name] / found) ** power
+    return arrays, {"I": I, "W0": W0, "b0": b0, "hidden": made["content"], "gram": made["style"],
+                    "bones": made["bone"], "trajectory": made["trajectory"], "contacts": contacts,
+                    "mean": mean, "deviation": deviation, "reading": reading}
 
 
 def _motion(O, mean, deviation):
@@ -97,5 +85,5 @@ def shares(sample: Sample) -> dict[str, float]:
     loss_network = {name: given.pop(name) for name in ("W0", "b0")}
     mean, deviation = given.pop("mean"), given.pop("deviation")
     return objective.total_loss(dict(zip(networks.T_NAMES, sample.inputs)),
-                                objective.Batch(**given), loss_network, mean, deviation,
-                                objective.WEIGHTS[reading])[1]
+                                objective.Batch(**given),
+                                loss_network, mean, deviation, objective.WEIGHTS[reading])[1]

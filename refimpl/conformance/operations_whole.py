@@ -12,7 +12,7 @@ from ..motion.joints import FEET, JOINTS, SLOT
 from ..motion.rotation import yaw_rotation
 from . import (definitions_ends, definitions_phrases, definitions_whole as definitions,
                functions_transfer, functions_whole as functions, ground_total)
-from .specification import Bad, Sample, operation
+from .specification import Bad, called, operation, refused
 
 HEIGHTS = {"Hips": 0.95, "UpLeg": 0.9, "Leg": 0.5, "Foot": 0.1, "Toe": 0.03, "Spine": 1.1,
            "Chest": 1.25, "Neck": 1.4, "Head": 1.6, "Arm": 1.35, "ForeArm": 1.1, "Hand": 0.85,
@@ -43,12 +43,11 @@ def walker(rng: np.random.Generator, frames: int, unit: float = 1.0, turns: floa
 def _positions(rng, **floor):
     heels = walker(rng, 30)
     heels[:, FEET[1::2], 1] += 0.1
-    return [Sample("plain", (walker(rng, 40),), floor),
-            Sample("centimetres, turning on and on", (walker(rng, 300, 100.0, 9.0),),
-                   {name: 100 * value for name, value in floor.items()}, large=True),
-            Sample("on its heels", (heels,), floor),
-            Sample("two frames", (walker(rng, 2),), floor),
-            Sample("one frame", (walker(rng, 1),), floor)]
+    return [called("plain", walker(rng, 40), **floor),
+            called("centimetres, turning on and on", walker(rng, 300, 100.0, 9.0),
+                   **{name: 100 * value for name, value in floor.items()}, large=True),
+            called("on its heels", heels, **floor), called("two frames", walker(rng, 2), **floor),
+            called("one frame", walker(rng, 1), **floor)]
 
 
 def _ground_samples(rng):
@@ -56,8 +55,8 @@ def _ground_samples(rng):
     bad[[10, 40]] -= [0.0, 0.3, 0.0]
     held[:, FEET[2:], 1] += 0.4
     noisy += rng.standard_normal(noisy.shape) * 0.002
-    return [*_positions(rng), Sample("two bad rows", (bad,)), Sample("a foot held up", (held,)),
-            Sample("noise", (noisy,)), Sample("long", (walker(rng, 200),))]
+    return [*_positions(rng), called("two bad rows", bad), called("a foot held up", held),
+            called("noise", noisy), called("long", walker(rng, 200))]
 
 
 def _extension_samples(rng):
@@ -69,14 +68,14 @@ def _extension_samples(rng):
         1, 2)
     rising = walker(rng, 40)
     rising[:, SLOT["LeftArm"]:, 1] += 0.05 * t[:40, None]
-    return [Sample("goes on", (swinging,), {"frames": 25}),
-            Sample("goes on in centimetres", (100 * _noisy(swinging),), {"frames": 30}, large=True),
-            Sample("stands at times", (_noisy(walker(rng, 40, turns=6.0)),), {"frames": 10}),
-            Sample("comes to rest", (rising,), {"frames": 10}),
-            Sample("one frame to go on from", (swinging[:28],), {"frames": 25}),
-            Sample("as long as the clip", (swinging[:25],), {"frames": 25}),
-            Sample("three frames", (walker(rng, 3),), {"frames": 16}),
-            Sample("one frame", (walker(rng, 1),), {"frames": 3})]
+    return [called("goes on", swinging, frames=25),
+            called("goes on in centimetres", 100 * _noisy(swinging), frames=30, large=True),
+            called("stands at times", _noisy(walker(rng, 40, turns=6.0)), frames=10),
+            called("comes to rest", rising, frames=10),
+            called("one frame to go on from", swinging[:28], frames=25),
+            called("as long as the clip", swinging[:25], frames=25),
+            called("three frames", walker(rng, 3), frames=16),
+            called("one frame", walker(rng, 1), frames=3)]
 
 
 def bad_positions(*, fewest: int = 1, **floor: float) -> list[Bad]:
@@ -84,16 +83,17 @@ def bad_positions(*, fewest: int = 1, **floor: float) -> list[Bad]:
     good = walker(np.random.default_rng(0), 5)
     hole = good.copy()
     hole[2, 3, 1] = np.nan
-    return [Bad("another count of joints", (good[:, :20],), "positions", floor),
-            Bad("a hole", (hole,), "positions", floor),
-            Bad("two axes", (good[0],), "positions", floor),
-            Bad("too few frames", (good[:fewest - 1],), "positions", floor)]
+    return [refused("another count of joints", "positions", good[:, :20], **floor),
+            refused("a hole", "positions", hole, **floor),
+            refused("two axes", "positions", good[0], **floor),
+            refused("too few frames", "positions", good[:fewest - 1], **floor)]
 
 
 def _number_samples(rng):
-    return [Sample(label, definitions.motion_to_numbers(walker(rng, frames, 1.0, turns), floor=0.02)
-                   [:1] + (rng.standard_normal(4),)) for label, frames, turns in (
-                       ("plain", 20, 1.0), ("turning on and on", 60, -12.0), ("one frame", 1, 0.0))]
+    sizes = {"plain": (20, 1.0), "turning on and on": (60, -12.0), "one frame": (1, 0.0)}
+    return [called(label, definitions.motion_to_numbers(walker(rng, frames, 1.0, turns),
+                                                        floor=0.02)[0], rng.standard_normal(4))
+            for label, (frames, turns) in sizes.items()]
 
 
 def _window_samples(rng):
@@ -101,9 +101,9 @@ def _window_samples(rng):
         return rng.standard_normal((frames, FEATURES)), (rng.random((frames, 4)) < 0.5).astype(int)
     sizes = {"one left over": (11, 4, 3), "as it fits": (10, 4, 3), "one window": (6, 6, 2),
              "shorter": (5, 9, 4), "shorter by an odd number": (5, 8, 4), "one frame": (1, 4, 2)}
-    return [*(Sample(label, _clip(frames), {"length": length, "step": step})
+    return [*(called(label, *_clip(frames), length=length, step=step)
               for label, (frames, length, step) in sizes.items()),
-            Sample("the papers'", _clip(500))]
+            called("the papers'", *_clip(500))]
 
 
 def _normaliser_samples(rng):
@@ -111,40 +111,38 @@ def _normaliser_samples(rng):
         rng.standard_normal(FEATURES) * 5)
     contacts, still = (rng.random((30, 4)) < 0.5).astype(float), features.copy()
     still[:, TURN] = 0.1
-    return [Sample(f"{label}, {form}", (array, contacts[:len(array)]), {"form": form})
+    return [called(f"{label}, {form}", array, contacts[:len(array)], form=form)
             for label, array in (("plain", features), ("never turning", still),
-                                 ("two frames", features[:2]))
-            for form in ("groups", "2016")]
+                                 ("two frames", features[:2])) for form in ("groups", "2016")]
 
 
 def _project_samples(rng):
     n = rng.standard_normal
-    return [Sample(f"{frames} frames", (n((2, 4, frames)), n((5, 4, 3)), n(5)))
+    return [called(f"{frames} frames", n((2, 4, frames)), n((5, 4, 3)), n(5))
             for frames in (8, 9, 1)]
 
 
 def _target_samples(rng):
     n = rng.standard_normal
-    return [Sample("plain", (n((3, 12)),), {"lengths": (5, 3, 4), "frames": 7}),
-            Sample("one exemplar", (n((4, 6)),), {"lengths": (6,), "frames": 120})]
+    return [called("plain", n((3, 12)), lengths=(5, 3, 4), frames=7),
+            called("one exemplar", n((4, 6)), lengths=(6,), frames=120)]
 
 
 def _filter_samples(rng):
-    return [Sample("plain", (rng.random((5, 4, 3)),)), Sample("one", (rng.random((1, 1, 1)),))]
+    return [called("plain", rng.random((5, 4, 3))), called("one", rng.random((1, 1, 1)))]
 
 
 def _network_samples(rng):
-    return [Sample("plain", (rng.random(600),),
-                   {"hidden": 4, "channels": 2, "features": 5, "width": 3})]
+    return [called("plain", rng.random(600), hidden=4, channels=2, features=5, width=3)]
 
 
 def _noise_samples(rng):
-    return [Sample("plain", (rng.random((5, 8)),)), Sample("the code's", (rng.random((73, 240)),))]
+    return [called("plain", rng.random((5, 8))), called("the code's", rng.random((73, 240)))]
 
 
 def _rate_samples(rng):
-    return [Sample(f"{epochs} epochs", (np.arange(1, epochs + 1),),
-                   {"rate": 1e-3, "epochs": epochs}) for epochs in (1, 2, 7, 100)]
+    return [called(f"{epochs} epochs", np.arange(1, epochs + 1), rate=1e-3, epochs=epochs)
+            for epochs in (1, 2, 7, 100)]
 
 
 def _orders(rng, epochs, count):
@@ -156,19 +154,17 @@ def _loss_network_samples(rng):
     W0, b0, X = n((3, 4, 3)) / 3, n(3) / 3, n((5, 4, 6))
 
     def _chances(epochs):
-        return {"kept": (rng.random((epochs, *X.shape)) < 0.8).astype(int), "dropout": 0.2,
-                "chosen": rng.integers(2, size=(epochs, 5, 3, 3))}
-    return [Sample("one step", (W0, b0), {"X": X[:2], "order": _orders(rng, 1, 2), "batch": 2,
-                                          "rate": 0.01}),
-            Sample("an epoch, its last batch small", (W0, b0), {
-                "X": X, "order": _orders(rng, 1, 5), "batch": 2, "rate": 0.01, **_chances(1)}),
-            Sample("ten steps in five epochs", (W0, b0), {
-                "X": X, "order": _orders(rng, 5, 5), "batch": 3, "rate": 0.01, "alpha": 0.2}),
-            Sample("a hundred steps", (W0, b0), {
-                "X": X, "order": _orders(rng, 20, 5), "batch": 1, "rate": 3e-3, **_chances(20)},
-                large=True),
-            Sample("two steps in one order", (W0, b0), {
-                "X": X[:3], "order": np.array([[2, 0, 1]]), "batch": 2, "rate": 0.01})]
+        return {"kept": (rng.random((epochs, *X.shape)) < 0.8).astype(int),
+                "dropout": 0.2, "chosen": rng.integers(2, size=(epochs, 5, 3, 3))}
+    return [called("one step", W0, b0, X=X[:2], order=_orders(rng, 1, 2), batch=2, rate=0.01),
+            called("an epoch, its last batch small",
+                   W0, b0, X=X, order=_orders(rng, 1, 5), batch=2, rate=0.01, **_chances(1)),
+            called("ten steps in five epochs",
+                   W0, b0, X=X, order=_orders(rng, 5, 5), batch=3, rate=0.01, alpha=0.2),
+            called("a hundred steps", W0, b0,
+                   X=X, order=_orders(rng, 20, 5), batch=1, rate=3e-3, **_chances(20), large=True),
+            called("two steps in one order",
+                   W0, b0, X=X[:3], order=np.array([[2, 0, 1]]), batch=2, rate=0.01)]
 
 
 def _transformation_samples(rng):
@@ -182,8 +178,8 @@ def _transformation_samples(rng):
         arrays, made = _problem(clips, reading)
         if moving:
             made["foot_velocity"] = rng.standard_normal((clips, 4, 3, 3))
-        return Sample(label, arrays, {**made, "order": _orders(rng, epochs, clips), "batch": batch,
-                                      "rate": 0.003}, large=large)
+        return called(label, *arrays, **made | {"order": _orders(rng, epochs, clips),
+                                                "batch": batch, "rate": 0.003}, large=large)
     return [_sample("one step", 2, 1, 2), _sample("one step of norms", 2, 1, 2, "norm", True),
             _sample("an epoch, its last batch small", 3, 1, 2, large=True),
             _sample("ten steps in five epochs", 4, 5, 2, large=True),
@@ -201,35 +197,35 @@ def _search_samples(rng):
         return rows
     params = n((3, NUMBERS, 3)) * 0.1, n(3) * 0.1, n((NUMBERS, 3, 3)) * 0.1, n(NUMBERS)
     scale: dict[str, Any] = {"mean": n(NUMBERS), "deviation": rng.uniform(0.5, 2, NUMBERS)}
-    return [Sample(label, (_rows(8), _rows(6), 0.3 * n((1, NUMBERS, 8)), *params), {
-        **scale, **({"iterations": first, "constraint_iterations": second} if first else {})},
-        large=not first) for label, first, second in (
-            ("one step of each", 1, 1), ("as many as the code's", 0, 0), ("some steps", 6, 4),
-            ("the style alone", 2, 0))]
+    steps = {"one step of each": (1, 1), "as many as the code's": (), "some steps": (6, 4),
+             "the style alone": (2, 0)}
+    return [called(label, _rows(8), _rows(6), 0.3 * n((1, NUMBERS, 8)), *params, **scale,
+                   **dict(zip(("iterations", "constraint_iterations"), counts)), large=not counts)
+            for label, counts in steps.items()]
 
 
 def _bad_searches():
     good, *_ = _search_samples(np.random.default_rng(0))
     content, style, start, *params = good.inputs
-    return [Bad("an odd number of rows", (content[1:], style, start[:, :, 1:], *params), "content",
-                good.attributes),
-            Bad("an odd number of rows of the style", (content, style[1:], start, *params), "style",
-                good.attributes),
-            Bad("a start of other frames", (content, style, start[:, :, 2:], *params), "start",
-                good.attributes)]
+    return [refused("an odd number of rows",
+                    "content", content[1:], style, start[:, :, 1:], *params, **good.attributes),
+            refused("an odd number of rows of the style",
+                    "style", content, style[1:], start, *params, **good.attributes),
+            refused("a start of other frames",
+                    "start", content, style, start[:, :, 2:], *params, **good.attributes)]
 
 
 def _bad_trainings():
     good, *_ = _loss_network_samples(np.random.default_rng(0))
     nowhere = np.full_like(good.attributes["X"], np.nan)
-    return [Bad("not a number", good.inputs, "epoch 1, batch 1 of 1",
-                {**good.attributes, "X": nowhere})]
+    return [refused("not a number",
+                    "epoch 1, batch 1 of 1", *good.inputs, **good.attributes | {"X": nowhere})]
 
 
 def _threshold_samples(rng):
     points = rng.standard_normal((9, 2)) * 3
     ssd = ((points[:, None] - points) ** 2).sum(axis=2)
-    return [Sample(f"{count} contents", (ssd,), {"count": count}) for count in (1, 2, 4, 8, 9)]
+    return [called(f"{count} contents", ssd, count=count) for count in (1, 2, 4, 8, 9)]
 
 
 def _pair_samples(rng):
@@ -239,15 +235,15 @@ def _pair_samples(rng):
     for label, given in (("kernel ridge", {"kind": "kernel ridge", "ridge": 0.2, "gamma": 0.05}),
                          ("linear ridge", {"kind": "linear ridge", "ridge": 0.4})):
         for target in (np.array([1.0, -0.5, 0.3]), np.array([-2.5, 2.0, 2.9])):
-            found.append(Sample(f"{label}, {target[0]:g}", (c, e, n((12, 11)), n((12, 3))),
-                                {**given, "target": target}))
+            found.append(called(f"{label}, {target[0]:g}",
+                                c, e, n((12, 11)), n((12, 3)), **given | {"target": target}))
     return found
 
 
 def _one(f, arguments, samples, equation, bad=list, **rest):
-    return operation(f, arguments, definitions if hasattr(definitions, f.__name__) else
-                     definitions_phrases, samples, bad, equation,
-                     **{"batched": (), "precisions": ("float64",), **rest})
+    return operation(f, arguments,
+                     definitions if hasattr(definitions, f.__name__) else definitions_phrases,
+                     samples, bad, equation, **{"batched": (), "precisions": ("float64",), **rest})
 
 
 TRAINED = {"grows": True, "precisions": ("float64", "float32")}
@@ -263,18 +259,16 @@ OPERATIONS = (
     _one(functions.motion_to_numbers, "positions", lambda rng: _positions(rng, floor=0.02),
          "2017, section 3.1", lambda: bad_positions(floor=0.0)),
     _one(functions.numbers_to_motion, "features start", _number_samples, "2017, section 3.1",
-         lambda: [Bad("another count of numbers", (np.zeros((3, 65)), np.zeros(4)), "features")]),
+         lambda: [refused("another count of numbers", "features", np.zeros((3, 65)), np.zeros(4))]),
     _one(functions.motion_windows, "features contacts", _window_samples, "2017, section 3.1"),
     _one(functions.normaliser, "features contacts", _normaliser_samples, "2017, section 3.1",
-         lambda: [Bad("another form", (np.ones((3, 66)), np.ones((3, 4))), "form",
-                      {"form": "2017"}),
-                  Bad("one frame", (np.ones((1, 66)), np.ones((1, 4))), "features")]),
+         lambda: [refused("another form", "form", np.ones((3, 66)), np.ones((3, 4)), form="2017"),
+                  refused("one frame", "features", np.ones((1, 66)), np.ones((1, 4)))]),
     _one(functions.project, "X W0 b0", _project_samples, "equations 1 and 2", batched=(0,),
          precisions=("float64", "float32")),
     _one(functions.style_target, "hidden", _target_samples, "equation 6",
-         lambda: [Bad("no frames", (np.ones((2, 3)),), "frames", {"lengths": (3,), "frames": 0}),
-                  Bad("frames left over", (np.ones((2, 3)),), "lengths",
-                      {"lengths": (2,), "frames": 4})]),
+         lambda: [refused("no frames", "frames", np.ones((2, 3)), lengths=(3,), frames=0),
+                  refused("frames left over", "lengths", np.ones((2, 3)), lengths=(2,), frames=4)]),
     _one(functions.initial_filters, "uniform", _filter_samples, "2017, section 4",
          precisions=("float64", "float32")),
     _one(functions.initial_networks, "uniform", _network_samples, "2017, section 4",
@@ -288,7 +282,7 @@ OPERATIONS = (
     _one(functions.style_search, "content style start We be Wd bd", _search_samples,
          "the 2016 code", _bad_searches, suffix="_2016", **TRAINED),
     _one(functions.cluster_threshold, "ssd", _threshold_samples, "2006, section 4",
-         lambda: [Bad("more contents than fragments", (np.zeros((3, 3)),), "count", {"count": 4}),
-                  Bad("complex numbers", (np.zeros((3, 3)) + 0j,), "ssd", {"count": 2})]),
+         lambda: [refused("more contents than fragments", "count", np.zeros((3, 3)), count=4),
+                  refused("complex numbers", "ssd", np.zeros((3, 3)) + 0j, count=2)]),
     _one(functions.best_pair, "coefficients styles Z Y", _pair_samples, "2006, equation 12",
          tolerance=1e7))

@@ -16,6 +16,7 @@ from ..motion.joints import FEET
 from . import definitions_nn as definitions, rivals_2016, rivals_forms, rivals_torresani
 from .operations_nn import adam_of_one_array
 from .rivals_forms import flipped, flipped_backward
+from .specification import Array
 
 Function = Callable[..., Any]
 
@@ -51,7 +52,7 @@ tie_split_equally = _pool_backward(lambda dy, elements: dy * _largest(elements) 
     _largest(elements).sum(axis=-1, keepdims=True), 1))
 
 
-def nan_ignored(x: np.ndarray, width: int = 2, **windows: Any) -> np.ndarray:
+def nan_ignored(x: Array, width: int = 2, **windows: Any) -> Array:
     """Max-pooling that passes over NaN."""
     return nn.max_pool1d(np.where(np.isnan(x), -np.inf, x), width, **windows)
 
@@ -75,8 +76,8 @@ def last_nan(function: Function) -> Function:
                                                     **windows)
 
 
-def larger_half_left(x: np.ndarray, w: np.ndarray, b: np.ndarray | None = None, *,
-                     padding: Any = "same", dilation: int = 1, **attributes: int) -> np.ndarray:
+def larger_half_left(x: Array, w: Array, b: Array | None = None, *,
+                     padding: Any = "same", dilation: int = 1, **attributes: int) -> Array:
     """A convolution that puts the larger half of an odd number of zeros on the left."""
     if padding == "same":
         zeros = dilation * (w.shape[2] - 1)
@@ -101,16 +102,15 @@ def adam_variant(variant: str) -> Function:
     return lambda *arrays, **settings: adam_of_one_array(*arrays, variant=variant, **settings)
 
 
-def epsilon_inside_the_root(p: np.ndarray, g: np.ndarray, m: np.ndarray, v: np.ndarray, *, t: int,
+def epsilon_inside_the_root(p: Array, g: Array, m: Array, v: Array, *, t: int,
                             rate: float = 1e-3, beta1: float = 0.9, beta2: float = 0.999,
-                            epsilon: float = 1e-8) -> tuple[np.ndarray, ...]:
+                            epsilon: float = 1e-8) -> tuple[Array, ...]:
     """Adam whose epsilon is added before the root is taken."""
     m, v = beta1 * m + (1 - beta1) * g, beta2 * v + (1 - beta2) * g * g
     return p - rate * (m / (1 - beta1 ** t)) / np.sqrt(v / (1 - beta2 ** t) + epsilon), m, v
 
 
-def foot_without_rotation(motion: np.ndarray, contacts: np.ndarray, *,
-                          target: Any = 0.0) -> np.ndarray:
+def foot_without_rotation(motion: Array, contacts: Array, *, target: Any = 0.0) -> Array:
     """A foot loss that leaves out what the body's turning adds to a foot's velocity."""
     p = losses.joint_positions(motion)[:, FEET]
     v = p[..., 1:] - p[..., :-1]
@@ -119,8 +119,7 @@ def foot_without_rotation(motion: np.ndarray, contacts: np.ndarray, *,
     return nn.sum_squares(contacts[:, :, None, :-1] * (v - target))
 
 
-def journal_trajectory(motion: np.ndarray, *, wanted: np.ndarray,
-                       turn_weight: float = 1.0) -> np.ndarray:
+def journal_trajectory(motion: Array, *, wanted: Array, turn_weight: float = 1.0) -> Array:
     """The journal's equation 9 as printed: the turning error without its square."""
     error = motion[:, losses.VELOCITIES] - wanted
     return np.sqrt(turn_weight) * nn.norm(error[:, 0]) + nn.sum_squares(error[:, 1:])
@@ -132,6 +131,12 @@ def read_as(loss: Function, other: str) -> Function:
     """
     return lambda a, b, *, reading="norm", **weight: loss(
         a, b, **weight, reading=other if reading != other else "norm")
+
+
+def readings(loss: Function) -> list[tuple[str, Function]]:
+    """The bars of equation 4 or 5 read otherwise."""
+    return [("means of squares for norms and back, the 2016 code's", read_as(loss, "mean_squares")),
+            ("sums of squares for norms and back", read_as(loss, "sum_squares"))]
 
 
 RIVALS: dict[str, list[tuple[str, Function]]] = {
@@ -188,14 +193,9 @@ RIVALS: dict[str, list[tuple[str, Function]]] = {
          lambda d, h, chosen, width=2: nn.avg_depool1d_backward(d, h, width)),
         ("the gradient of both frames together",
          lambda d, h, chosen, width=2: nn.avg_depool1d_backward(d, h, width) * width)],
-    "content_loss": [
-        ("means of squares for norms and back, the 2016 code's",
-         read_as(losses.content_loss, "mean_squares")),
-        ("sums of squares for norms and back", read_as(losses.content_loss, "sum_squares"))],
+    "content_loss": readings(losses.content_loss),
     "style_loss": [
-        ("means of squares for norms and back, the 2016 code's",
-         read_as(losses.style_loss, "mean_squares")),
-        ("sums of squares for norms and back", read_as(losses.style_loss, "sum_squares")),
+        *readings(losses.style_loss),
         ("Gram matrices divided by the frames",
          lambda g, h, **how: losses.style_loss(g, h / np.sqrt(h.shape[2]), **how))],
     "foot_loss": [("equation 7 without its rotation term", foot_without_rotation)],

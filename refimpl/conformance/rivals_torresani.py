@@ -7,9 +7,10 @@ import numpy as np
 
 from ..motion import rotation
 from . import definitions_learning as learning, functions_torresani as ours
+from .specification import Array
 
 
-def along_p_first(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
+def along_p_first(X: Array, Y: Array) -> Array:
     """Of equal ways the step in the first sequence before the diagonal one, as many a textbook has
     it.
     """
@@ -26,34 +27,33 @@ def along_p_first(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     return np.array(path[::-1])
 
 
-def exchanged(*arrays: np.ndarray, alpha: float, **how: Any) -> tuple[np.ndarray, np.ndarray]:
+def exchanged(*arrays: Array, alpha: float, **how: Any) -> tuple[Array, Array]:
     """alpha = 0 gives the second sequence, as section 8 prints it."""
     return ours.space_time_interpolation(*arrays, alpha=1 - alpha, **how)
 
 
-def width_for_gamma(A: np.ndarray, B: np.ndarray, *, gamma: float) -> np.ndarray:
+def width_for_gamma(A: Array, B: Array, *, gamma: float) -> Array:
     """exp( -d^2 / (2 gamma^2) ): gamma taken for the Gaussian's width."""
     return ours.gaussian_kernel(A, B, gamma=1 / (2 * gamma ** 2))
 
 
-def not_squared(A: np.ndarray, B: np.ndarray, *, gamma: float) -> np.ndarray:
+def not_squared(A: Array, B: Array, *, gamma: float) -> Array:
     """exp( -gamma d ), the Laplacian kernel."""
     return np.exp(-gamma * np.linalg.norm(A[:, None] - B, axis=-1))
 
 
-def ridge_of_the_mean(function: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
+def ridge_of_the_mean(function: Callable[..., Array]) -> Callable[..., Array]:
     """lambda times the number of examples, where the squared error is a mean."""
     return lambda Z, Y, *, ridge: function(Z, Y, ridge=ridge * len(Z))
 
 
-def without_offset(*arrays: np.ndarray, C: float, epsilon: float) -> tuple[Any, np.ndarray]:
+def without_offset(*arrays: Array, C: float, epsilon: float) -> tuple[Any, Array]:
     """A machine without the offset b."""
     return learning.support_vector_regression(*arrays, C=C, epsilon=epsilon,
                                               solve=learning.support_vectors_without_bias)
 
 
-def printed_interpolation(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind: str,
-                          **options: Any) -> np.ndarray:
+def printed_interpolation(Z: Array, Y: Array, new: Array, *, kind: str, **options: Any) -> Array:
     """alpha e_i + (1 - alpha) e_j, as section 8 prints it."""
     if kind != "linear interpolation":
         return ours.predicted_style(Z, Y, new, kind=kind, **options)
@@ -62,7 +62,7 @@ def printed_interpolation(Z: np.ndarray, Y: np.ndarray, new: np.ndarray, *, kind
     return ours.predicted_style(Z, Y, turned, kind=kind)
 
 
-def central_differences(positions: np.ndarray, *, fps: float) -> np.ndarray:
+def central_differences(positions: Array, *, fps: float) -> Array:
     """Measures of effort by central differences, as np.gradient takes them."""
     velocity = np.gradient(positions, axis=0) * fps
     acceleration = np.gradient(velocity, axis=0) * fps
@@ -71,7 +71,7 @@ def central_differences(positions: np.ndarray, *, fps: float) -> np.ndarray:
                      *(np.linalg.norm(x, axis=-1).mean() for x in (velocity, acceleration, jerk))])
 
 
-def other_hand(matrices: np.ndarray) -> np.ndarray:
+def other_hand(matrices: Array) -> Array:
     """Rotations of the other hand, as of row vectors: the matrices transposed."""
     return np.ascontiguousarray(matrices.swapaxes(-1, -2))
 

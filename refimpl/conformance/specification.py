@@ -10,6 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from ..gradcheck.structure import is_float
+
+Array = np.ndarray
+
 
 @dataclass(frozen=True)
 class Sample:
@@ -44,6 +48,16 @@ def ruled(label: str, inputs: tuple, output: Any, upstream: Any, *gradients: Any
     return Sample(label, inputs, dict(attributes or {}), smooth=False, known=known)
 
 
+def called(label: str, *inputs: Any, factors: Any = (), exact: Any = False, large: Any = False,
+           upstream: Any = None, firm: Any = False, **attributes: Any) -> Sample:
+    """A Sample written as the call that it is.
+
+    >>> called("both", 1.0, 2.0, padding=1) == Sample("both", (1.0, 2.0), {"padding": 1})
+    True
+    """
+    return Sample(label, inputs, attributes, True, None, factors, exact, large, upstream, firm)
+
+
 @dataclass(frozen=True)
 class Bad:
     """Inputs that must be refused; the reference's message names this argument."""
@@ -52,6 +66,11 @@ class Bad:
     inputs: tuple
     argument: str
     attributes: dict[str, Any] = field(default_factory=dict)
+
+
+def refused(label: str, argument: str, *inputs: Any, **attributes: Any) -> Bad:
+    """A Bad written as the call that it is."""
+    return Bad(label, inputs, argument, attributes)
 
 
 @dataclass(frozen=True)
@@ -148,8 +167,7 @@ def cast(values: Iterable[Any], dtype: Any) -> tuple:
     (array([0.], dtype=float32), None)
     """
     with np.errstate(over="ignore"):
-        return tuple(x.astype(dtype) if isinstance(x, np.ndarray) and x.dtype.kind == "f" else x
-                     for x in values)
+        return tuple(x.astype(dtype) if is_float(x) else x for x in values)
 
 
 def cast_attributes(attributes: Mapping[str, Any], dtype: Any) -> dict[str, Any]:

@@ -8,6 +8,7 @@ import zlib
 import numpy as np
 
 from ..gradcheck.contract import LAYOUTS
+from ..gradcheck.structure import is_float
 from .calls import Case, answered, in_single, precisions
 from .extremes import beside, poisoned, ranges
 from .specification import Operation, Sample, cast, cast_attributes
@@ -50,7 +51,7 @@ def of_coarse(operation: Operation, samples: Iterable[Sample], seed: int,
         for call, reference, known in _calls(operation, sample, rng, seed) if plain else ():
             case = answered(in_single(call), reference, profile)
             sizes = [np.abs(x[x != 0]) for x in (*call.arguments, *(case.expected or ()))
-                     if isinstance(x, np.ndarray) and x.dtype.kind == "f"]
+                     if is_float(x)]
             usual = all(not x.size or (x.min() > 1e-6 and x.max() < 1e6) for x in sizes)
             if usual and case.yardstick is not None:
                 yield replace(case, digits=COARSE[profile],
@@ -108,7 +109,7 @@ def of_ground(operation: Operation, samples: Iterable[Sample], seed: int) -> Ite
 
 def in_float32(call: Case) -> Case | None:
     """The same call in single precision, None where the arguments have none."""
-    kinds = {x.dtype for x in call.arguments if isinstance(x, np.ndarray) and x.dtype.kind == "f"}
+    kinds = {x.dtype for x in call.arguments if is_float(x)}
     if kinds != {np.dtype(float)}:
         return None
     return replace(in_single(call), id=f"{call.id}, float32")
@@ -135,19 +136,16 @@ def _calls(operation, sample, rng, seed):
 
 def _values(call, reference, known, sample):
     decided = not sample.smooth or sample.exact
-    case = answered(call, reference, "float64", whole=decided, firm=sample.firm,
-                    exact=sample.exact or (decided and known is not None))
-    yield replace(case, expected=known) if known else case
-    if "float32" in call.operation.precisions:
-        case = answered(in_single(call), reference, "float32", whole=decided, exact=sample.exact,
+    for one, _ in precisions(call):
+        exact = sample.exact or (decided and known is not None and not one.single)
+        case = answered(one, reference, one.precision, whole=decided, exact=exact,
                         firm=sample.firm)
         yield replace(case, expected=known) if known else case
 
 
 def _layouts(call, reference, sample, thorough):
     for one, precision in precisions(call, thorough):
-        arrays = [i for i, x in enumerate(one.arguments)
-                  if isinstance(x, np.ndarray) and x.ndim]
+        arrays = [i for i, x in enumerate(one.arguments) if isinstance(x, np.ndarray) and x.ndim]
         alone = arrays if thorough and len(arrays) > 1 else []
         found = answered(one, reference, "")
         for number, layout in enumerate(LAYOUTS):
@@ -160,7 +158,7 @@ def _spread_out(call, reference):
     """Each argument in turn as np.broadcast_to gives it: one clip, or element, read many times."""
     for one, precision in precisions(call):
         for i, x in enumerate(one.arguments):
-            if isinstance(x, np.ndarray) and x.dtype.kind == "f" and x.ndim and len(x) > 1:
+            if is_float(x) and x.ndim and len(x) > 1:
                 for layout, same in (("stride 0", np.repeat(x[:1], len(x), axis=0)),
                                      ("stride 0 of the last axis", np.repeat(
                                          x[..., :1], x.shape[-1], axis=-1)),
@@ -198,8 +196,7 @@ def _alike(call, reference):
         inner[:] = inner[::-1].copy()
         return y
     for one, precision in precisions(call):
-        arrays = [i for i, x in enumerate(one.arguments)
-                  if isinstance(x, np.ndarray) and x.dtype.kind == "f" and x.size > 3]
+        arrays = [i for i, x in enumerate(one.arguments) if is_float(x) and x.size > 3]
         fresh = tuple(x * x.dtype.type(1.25) if i in arrays and x.shape[-2:] != (3, 3) else x
                       for i, x in enumerate(one.arguments))      # no call before had these
         for chosen in [arrays, *([i] for i in arrays if len(arrays) > 1)]:

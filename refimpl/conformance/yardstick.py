@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..gradcheck.difference import largest
+from ..gradcheck.structure import is_float
 from .specification import as_tuple, cast
 
 FAR_MOVES = 12                                  # of numbers that have fewer digits
@@ -75,7 +76,7 @@ class Yardstick:
         its shape."""
         reference, arguments, attributes = self._call
         for _ in range(times):
-            moved = [v * (1 + draw(v.shape)) if isinstance(v, np.ndarray) and v.dtype.kind == "f"
+            moved = [v * (1 + draw(v.shape)) if is_float(v)
                      else v for v in cast((*arguments, *attributes.values()), np.float64)]
             yield as_tuple(reference(*moved[:len(arguments)],
                                      **dict(zip(attributes, moved[len(arguments):]))))

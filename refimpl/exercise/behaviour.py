@@ -10,6 +10,7 @@ import numpy as np
 from .rivals import CLOSE, Failure, axis_name, same, scaled_answers
 from ..gradcheck.contract import copies
 from ..gradcheck.difference import TINY, differences, largest
+from ..gradcheck.structure import is_float
 
 Asked = Callable[..., list[Any]]
 
@@ -99,7 +100,7 @@ def _simple(x):
     """(text, value) of what is simpler than an argument."""
     if isinstance(x, (int, float)) and not isinstance(x, bool):
         yield from (("were 0", 0 * x), ("were 1", 1 + 0 * x))
-    elif isinstance(x, np.ndarray) and x.dtype.kind == "f" and x.size:
+    elif is_float(x) and x.size:
         yield "were all zeros", 0 * x
         if x.ndim > 1 and x.shape[-1] == x.shape[-2]:
             yield "were the identity", np.eye(x.shape[-1]) + 0 * x
@@ -128,7 +129,7 @@ def questions(mine: Asked, right: Asked, failures: Sequence[Failure]) -> Iterato
         yield "It gives another answer when it is asked again: is something drawn or remembered?"
         return
     for i, (name, x) in enumerate(zip(case.names, case.arguments)):
-        number = isinstance(x, float) or (isinstance(x, np.ndarray) and x.dtype.kind == "f")
+        number = isinstance(x, float) or is_float(x)
         if not number or not np.size(x) or not np.any(x) or set(np.unique(x)) <= {0.0, 1.0}:
             continue
 

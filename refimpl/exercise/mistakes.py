@@ -87,11 +87,10 @@ def _traits(names, arguments):
         if isinstance(x, np.ndarray):
             lengths |= {(f"{axis_name(k, 9)} of {name}"): n for k, n in enumerate(x.shape)}
             if x.dtype.kind == "f" and x.size:
-                yield from (text for holds, text in (
-                    (not x.all(), f"{name} has zeros"),
-                    (np.isnan(x).any(), f"{name} has NaN"),
-                    (np.abs(x).max() < 1e-3, f"{name} is small"))
-                    if holds)
+                yield from (text for holds, text in ((not x.all(), f"{name} has zeros"),
+                                                     (np.isnan(x).any(), f"{name} has NaN"),
+                                                     (np.abs(x).max() < 1e-3, f"{name} is small"))
+                            if holds)
             yield f"{name} has {x.ndim} axes"
             yield f"{name} has not {5 - x.ndim} axes" if x.ndim in (2, 3) else ""
     numbers = {name: x for name, x in zip(names, arguments) if isinstance(x, (int, float))}
@@ -132,19 +131,16 @@ def _form(failures):
     def _shapes(case, _):
         ndim = max(np.ndim(y) for y in case.found + case.expected)
         for k in range(ndim):
-            for text, change in ((f"{axis_name(k, ndim)} was kept, with length 1",
-                                  lambda y: np.expand_dims(y, k)),
-                                 (f"{axis_name(k, ndim)} was summed away",
-                                  lambda y: np.sum(y, axis=k)),
-                                 (f"{axis_name(k, ndim)} was averaged away",
-                                  lambda y: np.mean(y, axis=k)),
-                                 (f"the first position of {axis_name(k, ndim)} is missing",
-                                  lambda y: np.delete(y, 0, axis=k)),
-                                 (f"the last position of {axis_name(k, ndim)} is missing",
-                                  lambda y: np.delete(y, -1, axis=k))):
+            axis = axis_name(k, ndim)
+            for text, change in (
+                    (f"{axis} was kept, with length 1", lambda y: np.expand_dims(y, k)),
+                    (f"{axis} was summed away", lambda y: np.sum(y, axis=k)),
+                    (f"{axis} was averaged away", lambda y: np.mean(y, axis=k)),
+                    (f"the first position of {axis} is missing", lambda y: np.delete(y, 0, k)),
+                    (f"the last position of {axis} is missing", lambda y: np.delete(y, -1, k))):
                 yield text, _each(change, case.expected)
             for m in range(k):
-                yield (f"{axis_name(m, ndim)} and {axis_name(k, ndim)} are exchanged",
+                yield (f"{axis_name(m, ndim)} and {axis} are exchanged",
                        _each(lambda y: np.swapaxes(y, m, k), case.expected))
         yield "it was flattened", _each(np.ravel, case.expected)
     text = _common(failures, _shapes)
@@ -232,6 +228,11 @@ def _rival(right, failures, brief=False):
         scaled_answers(case, case.expected, any_factor=True))) or ""
 
 
+def _constant(x, axes):
+    """Whether an array is the same all along some axes."""
+    return same([np.mean(x, axes, keepdims=True) + 0 * x], [x])
+
+
 def _difference(failures):
     """What was added that should not be, what is missing, and numbers in other places."""
     def _terms(case, _):
@@ -257,25 +258,21 @@ def _difference(failures):
         pairs = [(np.asarray(x, float), np.asarray(y, float)) for x, y in
                  zip(case.found, case.expected)]
         if all(y.size > 1 for _, y in pairs):
+            whole = all(y.ndim > 1 and y.all() and x.all() and np.isfinite(x).all()
+                        for x, y in pairs)
             for k in range(min(y.ndim for _, y in pairs)):
-                name, rest = axis_name(k, pairs[0][1].ndim), [
-                    tuple(m for m in range(y.ndim) if m != k) for _, y in pairs]
+                name = axis_name(k, pairs[0][1].ndim)
                 if all(same([np.sort(x, k)], [np.sort(y, k)]) for x, y in pairs):
                     yield f"The numbers are right, in other places along {name}.", case.found
-                if all(y.ndim > 1 and y.all() and np.all(x != 0) and np.isfinite(x).all() and same(
-                        [np.mean(x / y, axes, keepdims=True) + 0 * y], [x / y])
-                       for (x, y), axes in zip(pairs, rest)):
+                if whole and all(_constant(x / y, tuple(m for m in range(y.ndim) if m != k))
+                                 for x, y in pairs):
                     yield (f"Each position of {name} is wrong by a factor of its own, the same "
                            "within it."), case.found
-                if all(y.ndim > 1 and y.shape[k] > 1 and y.all() and np.all(x) and np.isfinite(
-                        x).all() and same(
-                        [np.mean(x / y, k, keepdims=True) + 0 * y], [x / y]) for x, y in pairs):
+                if whole and all(y.shape[k] > 1 and _constant(x / y, k) for x, y in pairs):
                     yield (f"The factor by which it is wrong is the same all along {name}."), (
                         case.found)
-                offs = [x - y for x, y in pairs]
-                if all(y.ndim > 1 and np.isfinite(d).all() and same(
-                        [np.mean(d, k, keepdims=True) + 0 * y], [d])
-                       for d, (_, y) in zip(offs, pairs)):
+                if all(y.ndim > 1 and np.isfinite(x - y).all() and _constant(x - y, k)
+                       for x, y in pairs):
                     yield f"It is off by something that is the same all along {name}.", case.found
             if all(same([np.sort(x.ravel())], [np.sort(y.ravel())]) for x, y in pairs):
                 yield "The numbers are the right ones, in other places.", case.found

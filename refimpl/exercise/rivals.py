@@ -173,49 +173,43 @@ def made_of_argument(name: str, x: Any) -> Iterator[tuple[str, Any]]:
                             ("were half more", x + .5), ("were 1 minus itself", 1 - x)):
             yield f"{name} {text}", value
     elif isinstance(x, np.ndarray) and x.dtype.kind in "fib" and x.size:
-        yield f"{name} were all ones or left out", np.ones_like(x)
-        yield f"{name} were all zeros or left out", np.zeros_like(x)
-        if x.dtype != bool:
-            yield f"{name} were negated", -x
-            yield f"{name} were squared", x * x
-            yield f"{name} were halved", x / 2
-            yield f"{name} were doubled", 2 * x
-            yield f"{name} were in degrees", x * (180 / np.pi)
-            yield f"{name} were turned to radians twice", x * (np.pi / 180)
-            yield f"{name} were turned round, 0 for 1 and 1 for 0", 1 - x
-            if x.ndim > 1 and x.shape[-1] == x.shape[-2]:
-                yield f"{name} were the identity or left out", np.eye(x.shape[-1]) + 0 * x
-            yield f"{name} had lost its sign", np.abs(x)
-            yield f"{name} were cut off below 0", np.maximum(x, 0)
-        if x.ndim:
-            mean = x.mean() if x.dtype.kind == "f" else x.max()
-            yield f"{name} were its mean everywhere", np.full_like(x, mean)
-            yield f"{name} were its sum everywhere", np.full_like(x, x.sum())
-        for k in range(x.ndim):
-            axis = axis_name(k, x.ndim)
-            yield f"{name} were reversed along {axis}", np.flip(x, k).copy()
-            for step, way in ((1, "later"), (-1, "earlier")):
-                moved = np.roll(x, step, k)
-                yield f"{name} were one position {way} along {axis}, wrapped round", moved
-                edge = moved.copy()
-                at = (slice(None),) * k + (0 if step == 1 else -1,)
-                edge[at] = 0
-                yield f"{name} were one position {way} along {axis}", edge
-                edge = moved.copy()
-                edge[at] = x[at]
-                yield f"{name} were one position {way} along {axis}, its edge twice", edge
-            if x.dtype.kind == "f":
-                yield (f"{name} were summed over {axis}",
-                       np.sum(x, k, keepdims=True) + np.zeros_like(x))
-                yield (f"{name} were averaged over {axis}",
-                       np.mean(x, k, keepdims=True) + np.zeros_like(x))
-                yield f"{name} were without its mean along {axis}", x - x.mean(k, keepdims=True)
-            first = x[(slice(None),) * k + (slice(0, 1),)]
-            yield f"{name} were everywhere what it is at the start of {axis}", (
-                np.repeat(first, x.shape[k], k))
-            yield f"{name} were everywhere what it is at the end of {axis}", (
-                np.repeat(np.flip(x, k)[(slice(None),) * k + (slice(0, 1),)], x.shape[k], k))
-            for m in range(k):
-                if x.shape[m] == x.shape[k]:
-                    yield (f"{name} were transposed{' in its first axes' * (k < x.ndim - 1)}",
-                           x.swapaxes(m, k).copy())
+        yield from ((f"{name} {text}", value) for text, value in _made_of_array(x))
+
+
+def _made_of_array(x):
+    """What an array may be taken for, without its name."""
+    yield "were all ones or left out", np.ones_like(x)
+    yield "were all zeros or left out", np.zeros_like(x)
+    if x.dtype != bool:
+        yield from (("were negated", -x), ("were squared", x * x), ("were halved", x / 2),
+                    ("were doubled", 2 * x), ("were in degrees", x * (180 / np.pi)),
+                    ("were turned to radians twice", x * (np.pi / 180)),
+                    ("were turned round, 0 for 1 and 1 for 0", 1 - x))
+        if x.ndim > 1 and x.shape[-1] == x.shape[-2]:
+            yield "were the identity or left out", np.eye(x.shape[-1]) + 0 * x
+        yield from (("had lost its sign", np.abs(x)), ("were cut off below 0", np.maximum(x, 0)))
+    if x.ndim:
+        mean = x.mean() if x.dtype.kind == "f" else x.max()
+        yield "were its mean everywhere", np.full_like(x, mean)
+        yield "were its sum everywhere", np.full_like(x, x.sum())
+    for k in range(x.ndim):
+        axis = axis_name(k, x.ndim)
+        yield f"were reversed along {axis}", np.flip(x, k).copy()
+        for step, way, at in ((1, "later", 0), (-1, "earlier", -1)):
+            moved = np.roll(x, step, k)
+            yield f"were one position {way} along {axis}, wrapped round", moved
+            for end, text in ((0, ""), (np.take(x, at, k), ", its edge twice")):
+                changed = moved.copy()
+                changed[(slice(None),) * k + (at,)] = end
+                yield f"were one position {way} along {axis}{text}", changed
+        if x.dtype.kind == "f":
+            yield f"were summed over {axis}", np.sum(x, k, keepdims=True) + np.zeros_like(x)
+            yield f"were averaged over {axis}", np.mean(x, k, keepdims=True) + np.zeros_like(x)
+            yield f"were without its mean along {axis}", x - x.mean(k, keepdims=True)
+        for at, where in ((0, "start"), (-1, "end")):
+            yield (f"were everywhere what it is at the {where} of {axis}",
+                   np.repeat(np.take(x, [at], k), x.shape[k], k))
+        for m in range(k):
+            if x.shape[m] == x.shape[k]:
+                yield (f"were transposed{' in its first axes' * (k < x.ndim - 1)}",
+                       x.swapaxes(m, k).copy())

@@ -25,6 +25,7 @@ from ..gradcheck.contract import changed
 from ..gradcheck.errors import GradientError, UndecidedError
 from ..gradcheck.gradient import check_gradient, upstream
 from ..gradcheck.report import Row, verdicts
+from ..gradcheck.structure import is_float
 
 TOLERANCE = 1e-10     # against the package's own function, relative to the largest element
 SINGLY = 100          # elements of an input that are checked one by one; of more, a sample
@@ -272,8 +273,7 @@ def _chosen(f, inputs, wrt):
     """Places of the inputs that the gradient is asked for, and what to call their gradients."""
     names = [name for name, _ in zip(inspect.signature(f).parameters, inputs)]
     if wrt is None:
-        wrt = tuple(name for name, x in zip(names, inputs)
-                    if isinstance(x, np.ndarray) and x.dtype.kind == "f")
+        wrt = tuple(name for name, x in zip(names, inputs) if is_float(x))
     wrt = (wrt,) if isinstance(wrt, str) else tuple(wrt)
     if not set(wrt) <= set(names):
         raise ValueError(f"wrt: found {', '.join(wrt)}, needed parameters of f among "

@@ -7,7 +7,7 @@ own scale, and told beside the content. Lengths are in units of the 2016 code, o
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -47,18 +47,15 @@ class Way:
 
 
 CODE = Way("as the code is")
-WAYS = (CODE, replace(CODE, name="G scaled to the content's frames", scaled=True),
-        replace(CODE, name="s = 0.003 / 1.003", amount=0.003),
-        replace(CODE, name="noise of deviation 1", noise=1.0),
-        replace(CODE, name="begun at the content", start="content"),
-        replace(CODE, name="not encoded again", again=False),
-        replace(CODE, name="Adam's epsilon 1e-8", epsilon=1e-8),
-        replace(CODE, name="no floor term", floor=False),
-        replace(CODE, name="bones of the content's length", own_bones=True),
-        replace(CODE, name="velocities not replaced", tail=False),
-        replace(CODE, name="rate 0.1, annealed", rate=0.1, anneal=True),
-        replace(CODE, name="G scaled, rate 0.1, annealed, own bones", scaled=True, rate=0.1,
-                anneal=True, own_bones=True))
+WAYS = (CODE, Way("G scaled to the content's frames", scaled=True),
+        Way("s = 0.003 / 1.003", amount=0.003), Way("noise of deviation 1", noise=1.0),
+        Way("begun at the content", start="content"), Way("not encoded again", again=False),
+        Way("Adam's epsilon 1e-8", epsilon=1e-8), Way("no floor term", floor=False),
+        Way("bones of the content's length", own_bones=True),
+        Way("velocities not replaced", tail=False),
+        Way("rate 0.1, annealed", rate=0.1, anneal=True),
+        Way("G scaled, rate 0.1, annealed, own bones", scaled=True, rate=0.1, anneal=True,
+            own_bones=True))
 OWN_FORM = "this package's own form"
 
 

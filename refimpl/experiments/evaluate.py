@@ -93,23 +93,23 @@ def carry_out(take: Take, exemplars: Sequence[np.ndarray], style: Style,
     content = there.features
     stylise(content, style, networks=networks)             # its spectra are kept for all clips
     if network is not None:
-        began = time.perf_counter()
-        result = bridge.transfer(take, decode(exemplars[0], Start()), network, clean=False,
-                                 seed=seed)
-        yield CODED, result, time.perf_counter() - began
-    began = time.perf_counter()
-    moved = stylised_features(there, take.contacts, exemplars, manifold, settings, seed=seed,
-                              networks=networks)
-    seconds = time.perf_counter() - began
+        yield CODED, *_timed(lambda: bridge.transfer(
+            take, decode(exemplars[0], Start()), network, clean=False, seed=seed))
+    moved, seconds = _timed(lambda: stylised_features(
+        there, take.contacts, exemplars, manifold, settings, seed=seed, networks=networks))
     yield OWN, onto_skeleton(take, there, moved), seconds
-    began = time.perf_counter()
-    stylise(content, style, networks=networks)
-    seconds = time.perf_counter() - began
+    _, seconds = _timed(lambda: stylise(content, style, networks=networks))
     yield "2017 T(I), raw", transfer(
         take, style, projected=False, clean=False, networks=networks), seconds
     yield "2017", transfer(take, style, networks=networks), seconds
-    yield "2017, own pace", transfer(take, style, own_pace=True,
-                                     networks=networks), seconds
+    yield "2017, own pace", transfer(take, style, own_pace=True, networks=networks), seconds
+
+
+def _timed(work):
+    """->  what it makes, and how many seconds it takes"""
+    began = time.perf_counter()
+    made = work()
+    return made, time.perf_counter() - began
 
 
 def read_back(clip: Clip, path: str | Path) -> Track:
@@ -163,9 +163,8 @@ def summarise_systems(rows: Sequence[TableRow],
     (n, d)}, reference : {style: list of (n, d)} of real motion, both embedded by the classifier of
     joints
     """
-    real = {style: np.mean([r[_JERK] for r in rows
-                            if r["style"] == style and r["system"] == "real"] or [np.nan])
-            for style in {r["style"] for r in rows}}
+    real = {style: np.mean([r[_JERK] for r in rows if r["style"] == style and r["system"] == "real"]
+                           or [np.nan]) for style in {r["style"] for r in rows}}
     of_system = {system: [r for r in rows if r["system"] == system] for system in SYSTEMS}
     lines = []
     for system, of in of_system.items():
@@ -180,12 +179,11 @@ def summarise_systems(rows: Sequence[TableRow],
         distances = [frechet_distance(np.concatenate(points), np.concatenate(reference[style]))
                      for (style, who), points in windows.items()
                      if who == system and style in {r["style"] for r in of}]
-        lines.append({
-            "system": system, "clips": len(of), **summary(told, "style"),
-            "style distance left": float(ours / contents) if contents else float("nan"),
-            "Fréchet distance": float(np.mean(distances)) if distances else float("nan"),
-            "frames/s": (sum(r["frames"] for r in took) / sum(r["seconds"] for r in took)
-                         if took else float("nan"))})
+        lines.append({"system": system, "clips": len(of), **summary(told, "style"),
+                      "style distance left": float(ours / contents) if contents else float("nan"),
+                      "Fréchet distance": float(np.mean(distances)) if distances else float("nan"),
+                      "frames/s": (sum(r["frames"] for r in took) / sum(r["seconds"] for r in took)
+                                   if took else float("nan"))})
     return lines
 
 
@@ -209,19 +207,16 @@ def timings(features: np.ndarray, contacts: np.ndarray, exemplars: Sequence[np.n
     for count in frames:
         times = -(-count // len(features))
         X, planted = (np.tile(a, (times, 1))[:count] for a in (features, contacts))
-        works: dict[str, Any] = {
-            OWN: lambda: optimise(X, planted, exemplars, style.manifold, settings=settings,
-                                  networks=networks),
-            "2017": lambda: stylise(X, style, networks=networks)}
+        works: dict[str, Any] = {OWN: lambda: optimise(X, planted, exemplars, style.manifold,
+                                                       settings=settings, networks=networks),
+                                 "2017": lambda: stylise(X, style, networks=networks)}
         if network is not None:
             works = {CODED: coded_search(X, planted, exemplars[0], network, settings), **works}
         seconds: dict[str, list[float]] = {name: [] for name in works}
         works["2017"]()
         for _ in range(repeats):
             for name, work in works.items():
-                began = time.perf_counter()
-                work()
-                seconds[name].append(time.perf_counter() - began)
+                seconds[name].append(_timed(work)[1])
         medians = {name: float(np.median(s)) for name, s in seconds.items()}
         lines.append({"frames": count, **medians, "ratio": medians[OWN] / medians["2017"]})
     return lines
@@ -257,10 +252,9 @@ def projection_effect(clips: Sequence[Labelled], style: Style, leg: float, *, no
                                                                          POSITIONS.stop))
         corrupted.append(spoilt)
     lines = []
-    for what, motions, clean in (
-            ("T(I)", [stylise(f, style, projected=False, networks=networks)
-                      for f in contents], []),
-            (f"real motion and noise of {noise:g}", corrupted, contents)):
+    for what, motions, clean in (("T(I)", [stylise(f, style, projected=False, networks=networks)
+                                           for f in contents], []),
+                                 (f"real motion and noise of {noise:g}", corrupted, contents)):
         projected = [project_features(m, manifold, networks=networks) for m in motions]
         for name, versions in ((what, motions), (f"{what}, projected", projected)):
             shown = [with_root(v, m) for v, m in zip(versions, motions)]

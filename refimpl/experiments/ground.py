@@ -17,13 +17,13 @@ from ..holden2017.objective import LEG
 from ..holden2017.trained import Style
 from ..holden2017.transfer import project_features, stylise, transfer
 from ..motion.body import Take, features_on, make_take, seen
-from ..motion.features import FPS, POSITIONS, across, bone_lengths, encode, path_error
+from ..motion.features import FPS, POSITIONS, bone_lengths, encode, path_error
 from ..motion.feet import foot_skate, jerk
 from ..motion.joints import LEGS, SLOT
-from ..motion.rotation import yaw_rotation
 from ..motion.stylised import onto_skeleton
 from .classifiers import Classifier
 from .holden import Ground, TableRow, bone_errors, fit_joint_classifier
+from .score import seen_from_within
 
 WATCHED = {"knee": [leg[1] for leg in LEGS], "ankle": [leg[2] for leg in LEGS],
            "elbow": [SLOT["LeftForeArm"], SLOT["RightForeArm"]]}
@@ -98,8 +98,8 @@ def end_rows(ground: Ground, takes: Mapping[str, Take], style: Style,
             "after clean-up": lambda t: transfer(t, style, networks=networks).positions}
         for name, way in ways.items():
             whole, part = way(take), way(cut)
-            apart = cm * np.linalg.norm(_seen_from_hips(whole[-len(part):])
-                                        - _seen_from_hips(part), axis=-1).mean(axis=1)
+            apart = cm * np.linalg.norm(seen_from_within(whole[-len(part):])
+                                        - seen_from_within(part), axis=-1).mean(axis=1)
             own = _ends("pose", _size(take.positions, style, take), LAST)
             rows[name].append({
                 "4 frames": apart[:4].mean(), "a second": apart[:SECOND].mean(),
@@ -122,17 +122,10 @@ def _raw(take, style, goes_on):
     return onto_skeleton(take, there, moved, clean=False).positions
 
 
-def _seen_from_hips(positions):
-    """Joints in each frame's own place and heading, nothing smoothed.   ->  (T, 21, 3)"""
-    x, _, z = np.moveaxis(across(positions), -1, 0)
-    local = positions - positions[:, [SLOT["Hips"]]] * [1.0, 0.0, 1.0]
-    return local @ yaw_rotation(np.arctan2(z, x)).swapaxes(1, 2)
-
-
 def _size(positions, style, take):
     """Root mean square of the normalised pose in each frame.   ->  (T,)"""
     normaliser = style.manifold.normaliser
-    local = _seen_from_hips(positions) - [0.0, take.start.floor, 0.0]
+    local = seen_from_within(positions) - [0.0, take.start.floor, 0.0]
     pose = local.reshape(len(positions), -1) * (style.manifold.leg / take.leg)
     X = (pose - normaliser.mean[POSITIONS]) / normaliser.deviation[POSITIONS]
     return np.sqrt(np.mean(X ** 2, axis=1))
@@ -164,6 +157,5 @@ def leg_rows(ground: Ground, takes: Mapping[str, Take]) -> list[TableRow]:
 def _summary(rows: Sequence[TableRow], usual: Any = np.nanmedian) -> TableRow:
     """->  {number: over the rows}, shares of what is seen; nothing without rows"""
     keys = rows[0] if rows else ()
-    return {key: float(np.mean([row[key] for row in rows]) if key == "seen"
-                       else usual([row[key] for row in rows])) for key in keys} | {
-                           "clips": len(rows)}
+    return {key: float(np.mean([row[key] for row in rows]) if key == "seen" else
+                       usual([row[key] for row in rows])) for key in keys} | {"clips": len(rows)}

@@ -27,10 +27,10 @@ from ..holden2017.train import train_autoencoder, train_style
 from ..holden2017.transfer import project_features, stylise
 from ..motion.dataset import Dataset, Labelled, assemble
 from ..motion.body import to_scale
-from ..motion.features import (POSITIONS, TRANSLATION, VELOCITIES, Start, decode, path_error,
-                               path_length)
+from ..motion.features import (POSITIONS, TRANSLATION, VELOCITIES, Start, bone_lengths_by_frame,
+                               decode, path_error, path_length)
 from ..motion.feet import foot_skate, jerk
-from ..motion.joints import BONES, JOINTS
+from ..motion.joints import JOINTS
 from ..motion.body import Take
 
 # All lengths are told for a body with legs of LEG centimetres.
@@ -223,12 +223,10 @@ def fit_joint_classifier(ground: Ground, manifold: Manifold) -> Classifier:
 def bone_errors(positions: np.ndarray, bones: np.ndarray) -> np.ndarray:
     """How far each bone is from its length, relative to it.   (T, 21, 3), (20,)  ->  (T, 20)
 
-    >>> bone_errors(np.zeros((1, JOINTS, 3)), np.ones(len(BONES))).shape
+    >>> bone_errors(np.zeros((1, JOINTS, 3)), np.ones(20)).shape
     (1, 20)
     """
-    first, second = np.array(BONES).T
-    lengths = np.linalg.norm(positions[:, first] - positions[:, second], axis=-1)
-    return np.abs(lengths / bones - 1)
+    return np.abs(bone_lengths_by_frame(positions) / bones - 1)
 
 
 def own_jerk(features: np.ndarray, fps: float) -> float:

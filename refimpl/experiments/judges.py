@@ -102,8 +102,7 @@ def fit_judges(dataset: Dataset, **facts: Any) -> Judges:
                          "version's `refimpl prepare`")
 
     def _fit(of, vectors):
-        return fit_classifier([(c.features, *of(c)) for c in fitted], vectors,
-                              components=PRINCIPAL)
+        return fit_classifier([(c.features, *of(c)) for c in fitted], vectors, components=PRINCIPAL)
     style = {way: _fit(lambda c: (c.style, ""), see) for way, see in SEES.items()}
     content = ({way: _fit(lambda c: ("", c.content), see) for way, see in SEES.items()}
                if len(contents) > 1 else {})

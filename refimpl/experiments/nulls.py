@@ -39,10 +39,9 @@ class Entry:
 
 def score_entry(entry: Entry, judges: Judges | None) -> tuple[ScoreRow, np.ndarray | None]:
     """The numbers of a row, and where the judge of joints sees its windows."""
-    row: ScoreRow = {
-        "row": "result", "system": entry.system, **entry.facts,
-        "style asked for": entry.style_label, "content asked for": entry.content_label,
-        "frames": len(entry.result.positions)}
+    row: ScoreRow = {"row": "result", "system": entry.system, **entry.facts,
+                     "style asked for": entry.style_label, "content asked for": entry.content_label,
+                     "frames": len(entry.result.positions)}
     windows = None
     if judges:
         said, windows = judges.look(entry.result)

@@ -201,8 +201,7 @@ def moved_spectra(X: np.ndarray, S: np.ndarray) -> np.ndarray:
     return O
 
 
-def left(result: np.ndarray, content: np.ndarray, exemplar: np.ndarray,
-         referee: Manifold) -> float:
+def left(result: np.ndarray, content: np.ndarray, exemplar: np.ndarray, referee: Manifold) -> float:
     """Style distance to an exemplar by a loss network that nothing used, per frame, the content's
     own = 1.   result, content, exemplar : features (T, 66) on its body
     """

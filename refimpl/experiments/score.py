@@ -143,7 +143,7 @@ def _yaw(p):
 def _when(R, C):
     """When the same is done, and how alike what is done at equal times."""
     n = min(len(R), len(C))
-    here, there = (_seen_from_within(p[:n]) for p in (R, C))
+    here, there = (seen_from_within(p[:n]) for p in (R, C))
     found = {"timing off (s)": float(np.abs(lags(here, there)).mean() / FPS),
              "duration off (s)": (len(R) - len(C)) / FPS,
              "movement kept (correlation)": correlation(here, there),
@@ -172,8 +172,7 @@ def lags(here: np.ndarray, there: np.ndarray) -> np.ndarray:
         when = slice(max(0, -lag), len(a) - max(0, lag))
         x, y = a[when.start + lag:when.stop + lag], b[when]
         if len(x):
-            both, own, other = (gaussian_filter1d(np.sum(p * q, axis=1), ABOUT_THEN,
-                                                  mode="nearest")
+            both, own, other = (gaussian_filter1d(np.sum(p * q, axis=1), ABOUT_THEN, mode="nearest")
                                 for p, q in ((x, y), (x, x), (y, y)))
             row[when] = both / np.sqrt(np.maximum(own * other, 1e-12)) - RELUCTANCE * abs(lag) / FPS
     return np.array(tried)[found.argmax(axis=0)]
@@ -191,8 +190,10 @@ def correlation(here: np.ndarray, there: np.ndarray) -> float:
     return float(np.sum(a * b) / size) if size > 0 else float(np.array_equal(a, b))
 
 
-def _seen_from_within(p):
-    """Joints from the hips' place on the floor, turned with the shoulders and hips."""
+def seen_from_within(p: np.ndarray) -> np.ndarray:
+    """Joints in each frame from the hips' place on the floor, turned with the shoulders and hips,
+    nothing smoothed.   (T, 21, 3)  ->  (T, 21, 3)
+    """
     return (p - p[:, :1] * [1.0, 0.0, 1.0]) @ yaw_rotation(_yaw(p))
 
 
@@ -215,9 +216,8 @@ def summary(rows: Sequence[Mapping[str, Any]], group: str = "style asked for", *
     found: dict[str, float] = {}
     names = sorted({str(row.get(group)) for row in rows})
     for key in dict.fromkeys(key for row in rows for key in row):
-        own = [sorted(float(row[key]) for row in rows
-                      if str(row.get(group)) == name and _is_number(row.get(key)))
-               for name in names]
+        own = [sorted(float(row[key]) for row in rows if str(row.get(group)) == name
+                      and _is_number(row.get(key))) for name in names]
         own = sorted(values for values in own if values)
         if not own:
             continue

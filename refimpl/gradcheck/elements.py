@@ -125,8 +125,7 @@ class _Look:
     def _along(self, e, step):
         v = np.zeros(self.inputs[self.i].size)
         v[e] = step
-        return derivative.line(self.f, self.inputs,
-                               {self.i: v.reshape(self.inputs[self.i].shape)})
+        return derivative.line(self.f, self.inputs, {self.i: v.reshape(self.inputs[self.i].shape)})
 
     def quickly(self, elements: np.ndarray, analytic: bool) -> tuple[np.ndarray, np.ndarray]:
         """->  measured, how far each may be off; NaN where nothing was measured"""

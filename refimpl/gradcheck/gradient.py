@@ -174,7 +174,7 @@ def differentiable(inputs: Sequence[Any], names: Sequence[str]) -> list[int]:
         if isinstance(x, np.ndarray) and x.dtype.kind in ("f", "c") and x.dtype != np.float64:
             raise ValueError(f"{name}: found dtype {x.dtype}, needed float64; verdicts need its "
                              f"digits, try {name}.astype(float)")
-    chosen = [i for i, x in enumerate(inputs) if isinstance(x, np.ndarray) and x.dtype.kind == "f"]
+    chosen = [i for i, x in enumerate(inputs) if is_float(x)]
     if not chosen:
         kinds = ", ".join(type(x).__name__ for x in inputs) or "none"
         raise ValueError(f"inputs: found {kinds}, needed at least one array of float64")
@@ -217,9 +217,8 @@ def _other_inputs(inputs):
     yield "inputs of the other sign", [-x if is_float(x) else x for x in inputs]
     first = next((x for x in inputs if is_float(x) and x.ndim > 1), None)
     if first is not None and len(first) > 1:
-        yield "the first clip alone", [x[:1] if isinstance(x, np.ndarray) and x.ndim
-                                       and (x is first or len(x) == len(first)) else x
-                                       for x in inputs]
+        yield "the first clip alone", [x[:1] if isinstance(x, np.ndarray) and x.ndim and
+                                       (x is first or len(x) == len(first)) else x for x in inputs]
 
 
 def _claims(f_backward, dy, inputs, names):
