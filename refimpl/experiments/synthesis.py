@@ -9,7 +9,7 @@ import numpy as np
 
 from ..torresani2006.align import pair_costs
 from ..torresani2006.blend import peak_acceleration, standing
-from ..torresani2006.content import without_habits
+from ..torresani2006.content import Contents, without_habits
 from ..torresani2006.database import Database
 from ..torresani2006.efforts import BY_PATHS
 from ..torresani2006.join import join
@@ -43,6 +43,9 @@ def asked_and_seen(cast: Cast,
     as it is, a motion of style 0, a random fragment of the content for each piece, and the one
     whose label is nearest.
 
+    "True cuts", and these with the true contents, tell what better segmentation would do for
+    equation 12; random fragments of the true contents, how far "kept" can be trusted.
+
     train : see `database.train`;  trials : styles, of each performer
     ->  {way: row} with "nearer": the share judged nearer to the style asked for than the input is,
     and its standard error over performers; "error": mean squared, by effort; "r": correlation of
@@ -55,32 +58,50 @@ def asked_and_seen(cast: Cast,
     for name in dict.fromkeys(cast.performer):
         phrase, cuts, truth, others = newcomer(cast, name, rng)
         model, pca = train(others)
-        _, pieces = others.contents().cut(phrase.angles)
+        view = others.contents()
+        _, pieces = view.cut(phrase.angles)
+        better = {"true cuts": _matched(view, phrase.angles, cuts, None),
+                  "true cuts and contents": _matched(view, phrase.angles, cuts, truth)}
         contents, body = contents_of(others, pieces), others.body
         judge = fit_observer(others.fragments, body, BY_PATHS)
         own = [f for f, who in zip(cast.database.fragments, cast.performer) if who == name]
         poses = without_habits([f.angles for f in own], [name] * len(own))
-        done = _done(pieces, cuts, truth)
-        peak = peak_acceleration(phrase, body)
+        done, peak = _done(pieces, cuts, truth), peak_acceleration(phrase, body)
         for _ in range(trials):
             target = _beyond(others.styles, rng)
-            made = {"the input": (phrase, (0, *(piece.end for piece in pieces)))}
+            made = {"the input": (phrase, (0, *(piece.end for piece in pieces)), contents, done)}
             for way, options in CHOOSING.items():
                 one = restyle(phrase, pieces, others, model, pca, target, **options)
-                made[way] = one.fragment, one.cuts
-            for way, chosen in (("random fragments", _random(others, contents, rng)),
-                                ("nearest fragments", _nearest(others, contents, target))):
+                made[way] = one.fragment, one.cuts, contents, done
+            for way, known in better.items():
+                one = restyle(phrase, known, others, model, pca, target, looks=1)
+                made[way] = one.fragment, one.cuts, contents_of(others, known), truth
+            for way, words, chosen in (
+                    ("random fragments", contents, _random(others, contents, rng)),
+                    ("nearest fragments", contents, _nearest(others, contents, target)),
+                    ("random fragments, true contents", truth, _random(others, truth, rng))):
                 at = np.cumsum([0, *(f.frames for f in chosen)]).tolist()
-                made[way] = join(chosen, body), tuple(at)
-            row = {way: {"seen": observed_style(f, at, contents, judge),
+                made[way] = join(chosen, body), at, words, truth if words is truth else done
+            row = {way: {"seen": observed_style(f, at, words, judge),
                          "kept": np.mean([own[_nearest_pose(x, poses)].content == word for x, word
                                           in zip(np.split(f.angles - f.angles.mean(axis=0),
-                                                          at[1:-1]), done)]),
-                         **_played(f, at, body, peak)} for way, (f, at) in made.items()}
+                                                          at[1:-1]), real)]),
+                         **_played(f, at, body, peak)}
+                   for way, (f, at, words, real) in made.items()}
             row["style 0"] = {"seen": np.zeros(3)}
             rows.append((name, target, row))
         report(name)
     return {way: _told(way, rows) for way in rows[0][2]}
+
+
+def _matched(view: Contents, angles, cuts, names) -> list[Piece]:
+    """Pieces between known cuts, each matched by the nearest fragment, of its content if known."""
+    seen, found = (angles - angles.mean(axis=0)) @ view.whitening, []
+    for n, (start, end) in enumerate(zip(cuts, cuts[1:])):
+        some = [k for k, name in enumerate(view.names) if names is None or name == names[n]]
+        best = _nearest_pose(seen[start:end], [view.sequences[k] for k in some])
+        found.append(Piece(some[best], start, end, 0.0))
+    return found
 
 
 def _done(pieces: Sequence[Piece], cuts, truth):
