@@ -34,7 +34,7 @@ def test_experiment_command(tmp_path, capsys, monkeypatch):
     assert set(synthesis.CHOOSING) | {
         "the input", "style 0", "random fragments", "nearest fragments", "true cuts",
         "true cuts and contents", "random fragments, true contents"} == set(rows)
-    assert rows["true cuts and contents"]["kept"] > 0.9
+    assert rows["random fragments, true contents"]["kept"] > 0.9
     seen = report["observers"]
     assert len(seen) == 8 and seen["swings, passing"]["own r"][1] > 0.8
     assert seen["swings, noise of 0.005"]["95 %"][1] < 0.3 < seen["paths, eased"]["shuffled"] + 0.2
