@@ -83,14 +83,14 @@ def asked_and_seen(cast: Cast,
                 one = restyle(phrase, known, others, model, pca, target, **options)
                 made[way] = (one.fragment, one.cuts, words, real,
                              [{who[c.i], who[c.j]} for c in one.choices])
-            for way, words, real, chosen in (
+            for way, acted, real, chosen in (
                     ("random fragments", contents, done, _random(others, contents, rng)),
                     ("nearest fragments", contents, done, _nearest(others, contents, target)),
                     ("random fragments, true contents", truth, truth,
                      _random(others, truth, rng))):
                 parts = [others.fragments[n] for n in chosen]
                 at = np.cumsum([0, *(f.frames for f in parts)]).tolist()
-                made[way] = join(parts, body), at, words, real, [{who[n]} for n in chosen]
+                made[way] = join(parts, body), at, acted, real, [{who[n]} for n in chosen]
             row = {way: {"seen": observed_style(f, at, words, judge),
                          "kept": np.mean([_alike(x @ view.whitening, looked, but) == word
                                           for x, word, but in zip(np.split(
