@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from ..experiments import learning, phrases, sheets, synthesis
+from ..experiments import learning, observers, phrases, sheets, synthesis
 from ..experiments import torresani as experiment
 from ..embedded import performers
 from ..motion.bvh import write_bvh
@@ -20,7 +20,7 @@ from .options import (InputFolder, InputPath, OutputFolder, OutputPath, there_al
                       write_json)
 from .progress import Progress, table
 
-TABLES = ("blends", "table 1", "contents", "phrases", "synthesis", "three fragments",
+TABLES = ("observers", "blends", "table 1", "contents", "phrases", "synthesis", "three fragments",
           "learning curve", "support vectors", "M", "figure 1")
 
 
@@ -146,11 +146,12 @@ def _measured(cast, arguments):
             cast, lambda others: train(others, blends=learning.PAPER_BLENDS, seed=seed),
             trials=arguments.trials, seed=seed,
             report=Progress(len(set(cast.performer)), "performer").step)
-    made = {"blends": _blends, "contents": lambda: phrases.contents_found(cast),
+    made = {"observers": lambda: observers.worth(cast, seed=seed), "blends": _blends,
+            "contents": lambda: phrases.contents_found(cast),
             "phrases": _phrases, "synthesis": _synthesis,
             "three fragments": lambda: experiment.three_way(database, seed=seed),
             "learning curve": lambda: learning.learning_curve(
-                database, seed=seed, report=Progress(1200, "blend").step),
+                database, seed=seed, report=Progress(1500, "blend").step),
             "support vectors": lambda: learning.support_vectors(learning.drawn(database),
                                                                 seed=seed),
             "M": lambda: learning.samples_tried(database, *trained(), seed=seed)}

@@ -24,7 +24,7 @@ PAPER_TABLE_1 = {                                                # Table 1: flow
     "linear interpolation": (0.65, 0.97, 1.01), "linear ridge": (1.03, 1.04, 1.01),
     "kernel ridge": (0.50, 0.39, 0.60), "support vector": (0.48, 0.48, 0.61)}
 LEARNT = ("linear ridge", "kernel ridge", "support vector")
-SIZES = (85, 200, 400, 1000)                     # of examples learnt from, in the learning curve
+SIZES, TRIED = (85, 200, 400, 1000), 200         # blends learnt from and tried, learning curve
 
 
 def swapped(Z: np.ndarray) -> np.ndarray:
@@ -147,24 +147,36 @@ def table_rows(found: Mapping[str, Mapping[str, list[float]]]) -> list[list[str]
 def learning_curve(database: Database, *, sizes: tuple[int, ...] = SIZES, draws: int = 3,
                    seed: int = 0, report: Callable[[str], None] = lambda text: None
                    ) -> dict[str, dict[str, list[float]]]:
-    """Errors, mean of the three efforts, with ever more blends to learn from, tried on 200 others:
-    one pool of blends, dealt anew `draws` times.
+    """Errors, mean of the three efforts, with ever more blends to learn from: one pool of blends,
+    dealt anew `draws` times.
 
-    ->  {size: {row: mean and standard error over the deals}}
+    A large pool has every pair of fragments several times. About `TRIED` others to try on are
+    therefore dealt twice: with pairs that were learnt from, too, at other alphas; and with pairs
+    that were not.   ->  {size: {row: mean and standard error over the deals}}
     """
     rng, found = np.random.default_rng([seed, 17]), {}
-    made = random_blends(database, max(sizes) + 200, rng, lambda done: report(""))
+    made = random_blends(database, max(sizes) + 5 * TRIED // 2, rng, lambda done: report(""))
     Z, Y = inputs_of(database, made), made.styles
-    deals = [rng.permutation(len(Z)) for _ in range(draws)]
+    pair = np.unique(np.sort(made.pairs, axis=1), axis=0, return_inverse=True)[1].ravel()
+    count = (pair.max() + 1) * TRIED // len(Z)
+    deals = []
+    for _ in range(draws):
+        deal = rng.permutation(len(Z))
+        kept = np.isin(pair[deal], rng.permutation(pair.max() + 1)[:count])
+        deals.append((deal[~kept], deal[kept]))
     for size in sizes:
-        errors = []
-        for deal in deals:
-            known, new = deal[:size], deal[-200:]
-            said = answers(Z[known], Y[known], Z[new], rng, ("kernel ridge",))
-            errors.append({row: ((said[row] - Y[new]) ** 2).mean() for row in (
-                "mean of the labels", "linear interpolation", "affine", "kernel ridge",
-                "kernel ridge, both orders")})
-        found[str(size)] = {row: _mean([some[row] for some in errors]) for row in errors[0]}
+        errors: dict[str, list[dict[str, float]]] = {}
+        for rest, unknown in deals:
+            new = np.concatenate([rest[-TRIED:], unknown])
+            said = answers(Z[rest[:size]], Y[rest[:size]], Z[new], rng, ("kernel ridge",))
+            for name, some in ((f"{size}", slice(None, TRIED)),
+                               (f"{size}, other pairs", slice(TRIED, None))):
+                errors.setdefault(name, []).append({
+                    row: ((said[row] - Y[new])[some] ** 2).mean() for row in (
+                        "mean of the labels", "linear interpolation", "affine", "kernel ridge",
+                        "kernel ridge, both orders")})
+        for name, rows in errors.items():
+            found[name] = {row: _mean([some[row] for some in rows]) for row in rows[0]}
     return found
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..torresani2006.align import pair_costs
 from ..torresani2006.blend import peak_acceleration, standing
-from ..torresani2006.content import without_habits
+from ..torresani2006.content import Contents, without_habits
 from ..torresani2006.database import Database
 from ..torresani2006.efforts import BY_PATHS
 from ..torresani2006.join import join
@@ -43,44 +43,75 @@ def asked_and_seen(cast: Cast,
     as it is, a motion of style 0, a random fragment of the content for each piece, and the one
     whose label is nearest.
 
+    "True cuts", and these with the true contents, tell what better segmentation would do for
+    equation 12; random fragments of the true contents, how far "kept" can be trusted.
+
     train : see `database.train`;  trials : styles, of each performer
     ->  {way: row} with "nearer": the share judged nearer to the style asked for than the input is,
     and its standard error over performers; "error": mean squared, by effort; "r": correlation of
-    asked and seen, by effort; "kept": share of pieces that look, among the input performer's own
-    actions, most like the one done there, mean poses taken out; medians of "peak" and "seam", the
-    largest acceleration of the whole and within 0.2 s of a seam, beside the input's largest; and of
-    "slide" of planted feet, in the file's unit a second, once they are held (`blend.standing`)
+    asked and seen, by effort; "kept": share of pieces that look most like what is done there, among
+    the actions of all performers of whom they are not made, habits taken out and whitened; medians
+    of "peak" and "seam", the largest acceleration of the whole and within 0.2 s of a seam, beside
+    the input's largest; and of "slide" of planted feet, in the file's unit a second, once they are
+    held (`blend.standing`)
     """
     rng, rows = np.random.default_rng([seed, 15]), []
     for name in dict.fromkeys(cast.performer):
         phrase, cuts, truth, others = newcomer(cast, name, rng)
         model, pca = train(others)
-        _, pieces = others.contents().cut(phrase.angles)
+        view = others.contents()
+        _, pieces = view.cut(phrase.angles)
+        better = {"true cuts": _matched(view, phrase.angles, cuts, None),
+                  "true cuts and contents": _matched(view, phrase.angles, cuts, truth)}
         contents, body = contents_of(others, pieces), others.body
         judge = fit_observer(others.fragments, body, BY_PATHS)
         own = [f for f, who in zip(cast.database.fragments, cast.performer) if who == name]
         poses = without_habits([f.angles for f in own], [name] * len(own))
-        done = _done(pieces, cuts, truth)
-        peak = peak_acceleration(phrase, body)
+        looked = ([*view.sequences, *(x @ view.whitening for x in poses)],
+                  [*view.names, *(f.content for f in own)],
+                  [*cast.performer[cast.performer != name], *[name] * len(own)])
+        who, done, peak = looked[2], _done(pieces, cuts, truth), peak_acceleration(phrase, body)
         for _ in range(trials):
             target = _beyond(others.styles, rng)
-            made = {"the input": (phrase, (0, *(piece.end for piece in pieces)))}
-            for way, options in CHOOSING.items():
-                one = restyle(phrase, pieces, others, model, pca, target, **options)
-                made[way] = one.fragment, one.cuts
-            for way, chosen in (("random fragments", _random(others, contents, rng)),
-                                ("nearest fragments", _nearest(others, contents, target))):
-                at = np.cumsum([0, *(f.frames for f in chosen)]).tolist()
-                made[way] = join(chosen, body), tuple(at)
-            row = {way: {"seen": observed_style(f, at, contents, judge),
-                         "kept": np.mean([own[_nearest_pose(x, poses)].content == word for x, word
-                                          in zip(np.split(f.angles - f.angles.mean(axis=0),
-                                                          at[1:-1]), done)]),
-                         **_played(f, at, body, peak)} for way, (f, at) in made.items()}
+            made: dict[str, tuple[Any, ...]] = {"the input": (
+                phrase, (0, *(piece.end for piece in pieces)), contents, done,
+                [{name}] * len(pieces))}
+            for way, known, words, real, options in (
+                    *((way, pieces, contents, done, given) for way, given in CHOOSING.items()),
+                    *((way, some, contents_of(others, some), truth, {"looks": 1})
+                      for way, some in better.items())):
+                one = restyle(phrase, known, others, model, pca, target, **options)
+                made[way] = (one.fragment, one.cuts, words, real,
+                             [{who[c.i], who[c.j]} for c in one.choices])
+            for way, acted, real, chosen in (
+                    ("random fragments", contents, done, _random(others, contents, rng)),
+                    ("nearest fragments", contents, done, _nearest(others, contents, target)),
+                    ("random fragments, true contents", truth, truth,
+                     _random(others, truth, rng))):
+                parts = [others.fragments[n] for n in chosen]
+                at = np.cumsum([0, *(f.frames for f in parts)]).tolist()
+                made[way] = join(parts, body), at, acted, real, [{who[n]} for n in chosen]
+            row = {way: {"seen": observed_style(f, at, words, judge),
+                         "kept": np.mean([_alike(x @ view.whitening, looked, but) == word
+                                          for x, word, but in zip(np.split(
+                                              f.angles - f.angles.mean(axis=0), at[1:-1]),
+                                              real, parents)]),
+                         **_played(f, at, body, peak)}
+                   for way, (f, at, words, real, parents) in made.items()}
             row["style 0"] = {"seen": np.zeros(3)}
             rows.append((name, target, row))
         report(name)
     return {way: _told(way, rows) for way in rows[0][2]}
+
+
+def _matched(view: Contents, angles, cuts, names) -> list[Piece]:
+    """Pieces between known cuts, each matched by the nearest fragment, of its content if known."""
+    seen, found = (angles - angles.mean(axis=0)) @ view.whitening, []
+    for n, (start, end) in enumerate(zip(cuts, cuts[1:])):
+        some = [k for k, name in enumerate(view.names) if names is None or name == names[n]]
+        best = _nearest_pose(seen[start:end], [view.sequences[k] for k in some])
+        found.append(Piece(some[best], start, end, 0.0))
+    return found
 
 
 def _done(pieces: Sequence[Piece], cuts, truth):
@@ -92,8 +123,23 @@ def _done(pieces: Sequence[Piece], cuts, truth):
 
 def _nearest_pose(angles, sequences):
     """Which of some sequences is nearest, by SSD a frame."""
-    far = pair_costs([(angles, x) for x in sequences])
-    return int(np.argmin(far / [len(angles) + len(x) for x in sequences]))
+    return int(np.argmin(_far(angles, sequences)))
+
+
+def _far(angles, sequences):
+    """SSD a frame of every other frame."""
+    return pair_costs([(angles[::2], x[::2]) for x in sequences]) / [
+        len(angles) + len(x) for x in sequences]
+
+
+def _alike(angles, looked, but):
+    """The content of which the three nearest performances are nearest (their median), by others
+    than some performers."""
+    sequences, names, who = looked
+    some = [n for n, name in enumerate(who) if name not in but]
+    far = _far(angles, [sequences[n] for n in some])
+    return min(dict.fromkeys(names), key=lambda name: np.median(np.sort(
+        [x for x, n in zip(far, some) if names[n] == name] or [np.inf])[:3]))
 
 
 def _played(fragment: Fragment, at: Sequence[int], body: Body, peak: float) -> dict[str, float]:
@@ -130,10 +176,11 @@ def _beyond(styles, rng):
 
 
 def _random(database, contents, rng):
-    return [database.fragments[rng.choice([n for n, f in enumerate(database.fragments)
-                                           if f.content == content])] for content in contents]
+    return [rng.choice([n for n, f in enumerate(database.fragments) if f.content == content])
+            for content in contents]
 
 
 def _nearest(database, contents, target):
-    return [min((f for f in database.fragments if f.content == content),
-                key=lambda f: np.linalg.norm(f.style - target)) for content in contents]
+    return [min((n for n, f in enumerate(database.fragments) if f.content == content),
+                key=lambda n: np.linalg.norm(database.fragments[n].style - target))
+            for content in contents]

@@ -34,7 +34,6 @@ from .poses import (POSE_FPS, POSITION, Body, Fragment, clip_of, fit_body, fragm
 STEEPEST = 3
 PEAK = 2.0
 DRAWN = 0.0, 0.5, 1.0
-JOLT = 1.25                             # times the parents' or the blend's peak, of feet held
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ class Blend:
 
     limited : whether the path could be limited in slope;  straight : how far the time curve was
     drawn to the straight line, from 0 to 1;  slower : by which factor it was slowed down;
-    peak : its largest acceleration beside the larger of its parents';
+    peak : its largest acceleration, feet held, beside the larger of its parents';
     times : the frame of the one and of the other parent that each of its frames is made of.
     """
 
@@ -168,8 +167,9 @@ def standing(clip: Clip, contacts: np.ndarray | None = None, least: float = 0.0)
 
 def blend_clips(A: Clip, B: Clip, alpha: float) -> tuple[Clip, Blend, float, float]:
     """Two clips of one skeleton and one action to one, at the higher of their frame rates, on a
-    body between both. Where feet that are planted in both parents slide more than a tenth beyond
-    what the parents' do, they are held, unless a joint then accelerates a quarter more than before.
+    body between both. Where feet that are planted in the parent that counts more (of equal ones,
+    in that which stands longer) slide more than a tenth beyond what the parents' do, they are held,
+    unless a joint then accelerates more than twice as much as in the parents.
 
     ->  the clip, what the blend took, how far planted feet slid before they were kept, and now.
     Raises PoseError, AlignError.
@@ -194,8 +194,9 @@ def blend_clips(A: Clip, B: Clip, alpha: float) -> tuple[Clip, Blend, float, flo
         len(times)), times) * FPS / fps).astype(int), len(take.contacts) - 1)]
         for take, times in zip(takes, made.times)]
     least = 1.1 * max(foot_skate(take.positions, take.contacts) for take in takes)
-    kept, before, after = standing(clip, labels[0] & labels[1], least)
+    planted = max(labels, key=np.sum) if alpha == 0.5 else labels[alpha > 0.5]
+    kept, before, after = standing(clip, planted, least)
     peaks = [peak_acceleration(fragment_of(c, own, "", fps=fps), own) for c in (clip, kept)]
-    if after < before and peaks[1] <= JOLT * peaks[0] / min(made.peak, 1.0):
-        return kept, made, before, after
+    if after < before and peaks[1] * made.peak <= PEAK * peaks[0]:
+        return kept, replace(made, peak=made.peak * peaks[1] / max(peaks[0], 1e-9)), before, after
     return clip, made, before, before                        # a foot that pops would be worse

@@ -156,12 +156,12 @@ def ridge_errors(K: np.ndarray, Y: np.ndarray, ridges: Sequence[float],
     """
     values, vectors = np.linalg.eigh(K)
     inverse = 1.0 / (np.maximum(values, 0.0) + np.asarray(ridges)[:, None])          # (L, N)
-    A = (vectors * inverse[:, None, :]) @ vectors.T                                   # (L, N, N)
-    AY = A @ Y
+    AY = (vectors * inverse[:, None, :]) @ (vectors.T @ Y)                            # (L, N, E)
     errors = np.zeros((len(ridges), Y.shape[1]))
     for fold in range(folds.max() + 1):
         F = np.flatnonzero(folds == fold)
-        errors += (np.linalg.solve(A[:, F[:, None], F], AY[:, F]) ** 2).sum(axis=1)
+        A_FF = (vectors[F] * inverse[:, None, :]) @ vectors[F].T
+        errors += (np.linalg.solve(A_FF, AY[:, F]) ** 2).sum(axis=1)
     return errors / len(Y)
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from refimpl.commands import torresani_experiment
-from refimpl.experiments import phrases, sheets, synthesis, torresani as experiment
+from refimpl.experiments import (learning, observers, phrases, sheets, synthesis,
+                                 torresani as experiment)
 from refimpl.motion.dataset import LabelError
 from refimpl.pictures import player
 from refimpl.torresani2006 import database as databases, regress
@@ -22,16 +23,21 @@ def test_experiment_command(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(torresani_experiment, "train", lambda database, seed=0, blends=20:
                         databases.train(database, blends=20, seed=seed))
     assert command("experiment", "torresani", "--draws", 1, "--splits", 1, "--trials", 1,
-                   "--orders", 1, "--only", "table 1", "contents", "phrases", "synthesis",
-                   "three fragments", "support vectors", "M", "figure 1",
+                   "--orders", 1, "--only", "observers", "table 1", "contents", "phrases",
+                   "synthesis", "three fragments", "support vectors", "M", "figure 1",
                    "--out", tmp_path, "--into", tmp_path / "all.json") == 0
     report = json.loads((tmp_path / "report.json").read_text())
     assert len(report["table 1"]) == 3
     assert all(set(regress.MODELS) < set(rows) for rows in report["table 1"].values())
     assert report["phrases"]["newcomers, habits out, whitened"]["contents"] == 1.0
     rows = report["synthesis"]
-    assert set(synthesis.CHOOSING) | {"the input", "style 0", "random fragments",
-                                  "nearest fragments"} == set(rows)
+    assert set(synthesis.CHOOSING) | {
+        "the input", "style 0", "random fragments", "nearest fragments", "true cuts",
+        "true cuts and contents", "random fragments, true contents"} == set(rows)
+    assert rows["random fragments, true contents"]["kept"] > 0.9
+    seen = report["observers"]
+    assert len(seen) == 8 and seen["swings, passing"]["own r"][1] > 0.8
+    assert seen["swings, noise of 0.005"]["95 %"][1] < 0.3 < seen["paths, eased"]["shuffled"] + 0.2
     assert rows["the input"]["nearer"][0] == 0 and rows["the input"]["kept"] == 1
     assert rows["the input"]["peak"] == 1 and "r" not in rows["style 0"]
     assert rows["equation 12"]["kept"] > 0.5
@@ -45,6 +51,17 @@ def test_experiment_command(tmp_path, capsys, monkeypatch):
     assert len((tmp_path / "figure_1.csv").read_text().splitlines()) == 1 + 3 * 61
     assert ((tmp_path / "figure_1_3.png").stat().st_size > 1000
             and (tmp_path / "phrase.bvh").exists())
+
+
+def test_learning_curve_tells_pairs_that_were_not_learnt_from():
+    found = learning.learning_curve(experiment.embedded_cast(4).database, sizes=(40,), draws=2)
+    seen, others = found["40"], found["40, other pairs"]
+    assert seen["kernel ridge"][0] < seen["mean of the labels"][0]
+    assert others["linear interpolation"] != seen["linear interpolation"]
+    few = experiment.embedded_cast(12)
+    lively = observers.worth(experiment.Cast(few.database, np.array(
+        ["active" if n % 2 else "sad" for n in range(60)])))["paths, lively over weary"]
+    assert lively["pairs"] == 180 and all(0 <= x <= 1 for x in lively["share"])
 
 
 def test_a_planted_function_comes_back_from_sheets(tmp_path, capsys, monkeypatch):

@@ -5,6 +5,7 @@
 import json
 from pathlib import Path
 
+from refimpl.commands.torresani_experiment import TABLES
 from refimpl.experiments import learning
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -29,8 +30,9 @@ def tables(stored):
         yield f"### {data}: {part['fragments']} fragments, {part['performers']} performers"
         for labels, table in part.get("table 1", {}).items():
             yield from ["", f"Table 1, {labels}:", *lines(learning.table_rows(table))]
-        for name, table in part.items():
-            if isinstance(table, dict) and name != "table 1":
+        for name in TABLES:
+            table = part.get(name)
+            if table and name != "table 1":
                 columns = list(dict.fromkeys(word for row in table.values() for word in row))
                 yield from lines([[name, *columns], *(
                     [row, *(shown(values.get(word)) for word in columns)]

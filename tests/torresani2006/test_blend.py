@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from refimpl.embedded import performers
+from refimpl.embedded import manner, performers, walkers
 from refimpl.motion import bvh
+from refimpl.motion.body import make_take
 from refimpl.torresani2006 import align, blend, poses
 
 
@@ -69,3 +70,15 @@ def test_feet_are_held_and_nothing_pops(tmp_path):
     np.testing.assert_allclose(same.values, A.values, atol=1e-4)
     bvh.write_bvh(tmp_path / "x.bvh", clip)
     assert bvh.read_bvh(tmp_path / "x.bvh").frames == clip.frames
+
+
+def test_walks_of_different_numbers_of_steps_stand():
+    A, B = (walkers.make_clip("walk", manner.Manner(speed=speed), manner.person(n), seconds=seconds)
+            .clip for n, speed, seconds in ((1, 1.2, 3.0), (2, 0.8, 5.0)))
+    steps = [int((np.diff(make_take(clip).contacts[:, [1, 3]].astype(int), axis=0) == 1).sum())
+             for clip in (A, B)]
+    assert steps[0] != steps[1]
+    clip, made, before, after = blend.blend_clips(A, B, 0.3)
+    assert after < 0.4 * before and made.peak <= 2, (before, after, made.peak)
+    mirrored, *_ = blend.blend_clips(B, A, 0.7)
+    np.testing.assert_allclose(mirrored.values, clip.values, atol=1e-4)
