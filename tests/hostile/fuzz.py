@@ -1,5 +1,5 @@
 """Throw malformed files at every reader. `python -m tests.hostile.fuzz 200000 [folder of BVH
-clips]`
+clips [number of the first]]`
 
 Every input must be read or refused with one of the package's own errors, within a second. Inputs
 come from a grammar (BVH with odd but legal and with broken parts) and from mutations of whole
@@ -250,7 +250,8 @@ if __name__ == "__main__":
             texts.append("".join(lines[:motion + 1]) + "Frames: 3\n"
                          + "".join(lines[motion + 2:motion + 6]))
     with tempfile.TemporaryDirectory() as folder:
-        outcomes, wrong = campaign(range(count), folder, texts)
+        first = int(sys.argv[3]) if len(sys.argv) > 3 else 0
+        outcomes, wrong = campaign(range(first, first + count), folder, texts)
     for outcome, number in sorted(outcomes.items()):
         print(f"{number:8}  {outcome}")
     print(f"{count} inputs, {len(wrong)} that were neither read nor refused as they should be")
