@@ -182,19 +182,18 @@ def killed(words, folder, number=0, sent=None):
         shutil.copytree(folder, f"{scratch}/w", symlinks=True)
         child = os.fork()
         if child == 0:
-            status = 99
             try:
                 os.setsid()
                 os.chdir(f"{scratch}/w")
-                status = Kill(number, sent).follow(words, f"{scratch}/said")
+                os._exit(Kill(number, sent).follow(words, f"{scratch}/said"))
             finally:
-                os._exit(status)
+                os._exit(99)
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         left = _left()
         with _there(f"{scratch}/w"):
             said = Path(f"{scratch}/said")
-            return (status, json.loads(said.read_text()) if said.exists() else None, snapshot(),
-                    left)
+            said = json.loads(said.read_text()) if said.exists() else None
+            return status, said, snapshot(), left
 
 
 def _left(seconds=20):
@@ -214,7 +213,6 @@ def _left(seconds=20):
 
 
 def _children():
-    """Processes whose parent this one is."""
     return [int(stat.parent.name) for stat in Path("/proc").glob("[0-9]*/stat")
             if stat.read_text().rpartition(")")[2].split()[1] == str(os.getpid())]
 
@@ -234,12 +232,13 @@ class Campaign:
                 path.write_bytes(data if READ_AGAIN in self.words else b"old")
         with _there(self.folder):
             self.before = snapshot()
-        status, (_, self.events), self.again, _ = killed(self.words, self.folder)
-        assert status == 0
+        _, (_, self.events), self.again, _ = killed(self.words, self.folder)
 
     def kill(self, rng):
         """->  signal, event, what is wrong or "", unfinished files left"""
-        sent, name = rng.choice(list(SIGNALS)), rng.choice(sorted(set(self.events)))
+        kinds = sorted(set(self.events))                         # workers live between steps
+        sent = rng.choice(list(SIGNALS))
+        name = "step" if "step" in kinds and rng.random() < 0.4 else rng.choice(kinds)
         number = rng.choice([n for n, event in enumerate(self.events, 1) if event == name])
         status, told, after, left = killed(self.words, self.folder, number, sent)
         parts = [f for f in after if f.endswith(".part")]
@@ -250,7 +249,7 @@ class Campaign:
                  f"left {parts}" * (len(parts) > (sent == signal.SIGKILL)),
                  f"status {status}" * (status != SIGNALS[sent])]
         if told and (told[0].count("refimpl:") != 1 or "Traceback" in told[0]):
-            wrong.append(f"said {told[0][-300:]!r}")
+            wrong.append(f"said {told[0]!r}")
         return sent.name, name, "; ".join(filter(None, wrong)), len(parts)
 
     def _used_up(self, name, after):
@@ -268,9 +267,8 @@ class Campaign:
         if ".checkpoint" not in name and self.made.get(name) == self.again.get(name):
             return False
         try:
-            if name.endswith(".json"):
-                return bool(json.loads(found[1]))
-            return zipfile.ZipFile(io.BytesIO(found[1])).testzip() is None
+            return (bool(json.loads(found[1])) if name.endswith(".json")
+                    else zipfile.ZipFile(io.BytesIO(found[1])).testzip() is None)
         except (ValueError, zipfile.BadZipFile):
             return False
 
@@ -281,13 +279,13 @@ def at_events(kills, chosen, seed=0):
     """
     quick = [command for command in chosen if command not in SLOW] or chosen
     few = {command: 6 for command in chosen if command not in quick}
-    kills -= sum(few.values())
+    kills -= 6 * len(few)
     ctypes.CDLL(None).prctl(36, 1, 0, 0, 0)                      # what a dead child leaves is ours
     counts, wrong, unfinished, rng = Counter(), [], 0, random.Random(seed)
     with tempfile.TemporaryDirectory() as origin:
         made(Path(origin))
         with _there(origin):
-            assert not quiet(f"train-2016 motions.npz -o n16.npz --preprocess q16.npz {TINY}")[0]
+            quiet(f"train-2016 motions.npz -o n16.npz --preprocess q16.npz {TINY}")
             faults.stopped()
         shares = {command: kills // len(quick) + (place < kills % len(quick))
                   for place, command in enumerate(quick)} | few
