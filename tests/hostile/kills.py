@@ -37,7 +37,7 @@ from refimpl.styles import make
 from refimpl.styles.files import load_manifold, load_style
 from tests.commands.terminals import OnTerminal
 from tests.hostile import faults
-from tests.hostile.targets import TINY, _there, made, quiet, snapshot
+from tests.hostile.targets import _there, made, quiet, snapshot
 
 AUTOENCODER = ["--hidden", "16", "--width", "9", "--batch", "2"]
 STYLE = ["--style", "old", "--channels", "8", "--width", "9", "--batch", "2"]
@@ -285,7 +285,6 @@ def at_events(kills, chosen, seed=0):
     with tempfile.TemporaryDirectory() as origin:
         made(Path(origin))
         with _there(origin):
-            quiet(f"train-2016 motions.npz -o n16.npz --preprocess q16.npz {TINY}")
             faults.stopped()
         shares = {command: kills // len(quick) + (place < kills % len(quick))
                   for place, command in enumerate(quick)} | few
@@ -302,6 +301,7 @@ def at_events(kills, chosen, seed=0):
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)     # a shell's background ignores it
     kills = int(sys.argv[1]) if len(sys.argv) > 1 else 500
     trained = 0 if len(sys.argv) > 2 else kills // 5
     counts, wrong, unfinished = at_events(kills - trained, sys.argv[2:] or list(COMMANDS))
