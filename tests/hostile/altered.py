@@ -80,7 +80,8 @@ def side_and_part(name: str) -> tuple[str, str]:
 
 
 def _renamed(clip: Clip, names: dict[str, str], **other) -> Altered:
-    return same(replace(clip, names=tuple(names[name] for name in clip.names)), names=names, **other)
+    named = replace(clip, names=tuple(names[name] for name in clip.names))
+    return same(named, names=names, **other)
 
 
 def renamed(clip: Clip, rng: np.random.Generator) -> Altered:
@@ -188,10 +189,10 @@ def inner(clip: Clip) -> np.ndarray:
 
 def positions(clip: Clip, rng: np.random.Generator) -> Altered:
     """Position channels that say nothing new are left out, or put in."""
-    inner, listed = inner(clip), list(clip.channels)
+    still, listed = np.flatnonzero(inner(clip)), list(clip.channels)
     offsets, places = clip.offsets.copy(), clip.places.copy()
-    drop = any(len(listed[j]) > 3 for j in np.flatnonzero(inner))
-    for joint in np.flatnonzero(inner):
+    drop = any(len(listed[j]) > 3 for j in still)
+    for joint in still:
         kept = tuple(c for c in listed[joint] if c.endswith("rotation"))
         listed[joint] = kept if drop else FULL + kept
         offsets[joint] = places[:, joint] = clip.places[:, joint].mean(axis=0)
@@ -270,9 +271,8 @@ def extra(clip: Clip, rng: np.random.Generator) -> Altered:
 
 def fewer(clip: Clip, rng: np.random.Generator) -> Altered:
     """Toes or fingertips are gone, which can be made up."""
-    gone = str(rng.choice(["HandIndex1", "ToeBase"]))
-    kept = [j for j, name in enumerate(clip.names) if side_and_part(name)[1] != gone]
-    if len(kept) == len(clip.names):
-        kept, gone = [j for j, name in enumerate(clip.names) if side_and_part(name)[1] != "ToeBase"], "Toes"
+    parts = [side_and_part(name)[1] for name in clip.names]
+    gone = str(rng.choice([part for part in ("HandIndex1", "ToeBase") if part in parts]))
+    kept = [joint for joint, part in enumerate(parts) if part != gone]
     names = {clip.names[j]: clip.names[j] for j in kept}
     return replace(same(taken(clip, kept)), names=names, exact=False, said=f"no {gone}")

@@ -138,7 +138,8 @@ def _broken_text(clip: Clip, rng: Generator) -> Damaged:
         "frame time 0": text.replace(f"Frame Time: {clip.step:.9g}", "Frame Time: 0"),
         "frame time below 0": text.replace(f"Frame Time: {clip.step:.9g}", "Frame Time: -0.033"),
         "frame time of an hour": text.replace(f"Frame Time: {clip.step:.9g}", "Frame Time: 3600"),
-        "a brace missing": text.replace("}", "", 1), "a brace too many": text.replace("}", "} }", 1),
+        "a brace missing": text.replace("}", "", 1),
+        "a brace too many": text.replace("}", "} }", 1),
         "unknown channel": text.replace("Zrotation", "Wrotation", 1),
         "one channel twice": text.replace("Zrotation", "Xrotation", 1),
         "wrong count of channels": text.replace("CHANNELS 3", "CHANNELS 2", 1).replace(

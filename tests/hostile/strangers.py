@@ -66,13 +66,14 @@ def read(text: str) -> Clip:
             if channel.endswith("position"):
                 places[:, joint, axis] = rows[:, column]
             else:
-                turn = Rotation.from_euler(channel[0].lower(), rows[:, column:column + 1], degrees=True)
-                turns[:, joint] = turns[:, joint] @ turn.as_matrix()
+                angles = rows[:, column:column + 1]
+                turn = Rotation.from_euler(channel[0].lower(), angles, degrees=True).as_matrix()
+                turns[:, joint] = turns[:, joint] @ turn
             column += 1
     if abs(1 / step - round(1 / step)) < 1e-3 / step:
         step = 1 / round(1 / step)
-    return Clip(tuple(names), tuple(parents), np.array(offsets), tuple(channels), tuple(ends), turns,
-                places, step)
+    return Clip(tuple(names), tuple(parents), np.array(offsets), tuple(channels), tuple(ends),
+                turns, places, step)
 
 
 def write(clip: Clip, digits: str = ".12g", tab: str = "\t") -> str:
@@ -192,8 +193,10 @@ def walker(rng: np.random.Generator, seconds: float = 3.0, rate: float = 60.0) -
     turns = turns.reshape(frames, len(names), 3, 3)
     for side in ("Left", "Right"):
         arm = names.index(side + "Arm")
-        turns[:, arm] = Rotation.from_euler("XZ", euler[:, arm][:, [0, 2]], degrees=True).as_matrix()
+        turns[:, arm] = Rotation.from_euler(
+            "XZ", euler[:, arm][:, [0, 2]], degrees=True).as_matrix()
     rotations = ("Zrotation", "Xrotation", "Yrotation")
-    return Clip(names, parents, offsets, tuple((FULL if p < 0 else ()) + rotations for p in parents),
+    listed = tuple((FULL if p < 0 else ()) + rotations for p in parents)
+    return Clip(names, parents, offsets, listed,
                 tuple(None if j in parents else np.array([0.0, 3, 0]) for j in range(len(names))),
                 turns, places, 1 / rate)
