@@ -20,7 +20,7 @@ class Altered:
     A place p of the base's answer is `scale * turn @ p + shift` in the altered one's, of joint
     `names[joint]`, in frame `frames[1][k]` where it was `frames[0][k]`. `exact` answers agree but
     for rounding; the others within the bound that `whole` justifies. `foreign` clips may be
-    refused, or told.
+    refused, or told. `options` are the command's, where it has them.
     """
 
     clip: Clip
@@ -33,6 +33,7 @@ class Altered:
     exact: bool = True
     said: str = ""
     foreign: bool = False
+    options: tuple[str, ...] = ()
 
 
 Maker = Callable[[Clip, np.random.Generator], Altered]

@@ -10,19 +10,28 @@ kind gives: sides exchanged (0.1 and more in a walk), a row too late at 30 a sec
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 
+from tests.hostile.altered import side_and_part
 from tests.hostile.strangers import Clip, height, world, write
 
 EXACT = 1e-4
-NEAR = {"mirrored": 0.05, "resampled": 0.02, "repeated": 0.03, "cut": 0.05, "fewer": 0.03}
-SEEN = {"mirrored": 1.5, "resampled": 1.0, "repeated": 1.5, "cut": 3.0, "fewer": 1.0}
+NEAR = {"mirrored": 0.08, "resampled": 0.02, "repeated": 0.03, "cut": 0.05, "fewer": 0.03,
+        "other_rate": 0.01}
+SEEN = {"mirrored": 1.5, "resampled": 1.0, "repeated": 1.5, "cut": 3.0, "fewer": 1.0, "extra": 0.3}
+FILES = {"inspect": 1, "observe": 1, "transfer": 1, "blend": 2, "score": 3, "prepare": 3,
+         "segment": 4, "synthesise": 4}
+PROMISED = {"broken_text": list(FILES), "headless": ["inspect", "transfer", "prepare"],
+            "teleporting": ["inspect", "transfer", "prepare"], "sized": ["inspect", "transfer"],
+            "lost": ["inspect", "transfer", "prepare"], "short": [], "frozen": []}
+PARTS = {"hips": "Hips", "spine": "Spine Spine1", "head": "Neck1 Head",
+         "arms": "Arm ForeArm Hand", "legs": "UpLeg Leg Foot ToeBase"}
 
 
 def rescaled(clip: Clip, scale: float) -> Clip:
     """`clip`, `scale` times as large."""
-    from dataclasses import replace
     return replace(clip, places=clip.places * scale, offsets=clip.offsets * scale)
 
 
@@ -38,7 +47,7 @@ def mapping_of(base: Clip, changed, folder) -> str:
                      ) + "\n"
 
 
-def of_damage(first, second, damaged) -> tuple[str, str]:
+def of_damage(command, kind, first, second, damaged) -> tuple[str, str]:
     """Refused, or told, or (where that is right) answered; broken otherwise."""
     if first.wrong:
         return "broken", "of the base: " + "; ".join(first.wrong)
@@ -49,7 +58,7 @@ def of_damage(first, second, damaged) -> tuple[str, str]:
     new = set(words(second.out + second.told)) - set(words(first.out + first.told))
     if new:
         return "told", " ".join(sorted(new))
-    return ("held", "") if damaged.harmless else ("broken", "not a word of it")
+    return ("broken" if command in PROMISED[kind] else "silent"), "not a word of it"
 
 
 def words(text: str) -> list[str]:
@@ -85,7 +94,7 @@ def _names(command, clip: Clip, out: Clip, what: str) -> list[tuple]:
             (f"{what}: channels", float(clip.channels != out.channels), 0.5)]
 
 
-def _content(options, run, clip: Clip, what: str) -> list[tuple]:
+def _content(options, run, clip: Clip, what: str, first_names=()) -> list[tuple]:
     """What a result keeps of its content, whatever the style."""
     out = run.clip
     rows = _names("transfer", clip, out, what)
@@ -99,25 +108,29 @@ def _content(options, run, clip: Clip, what: str) -> list[tuple]:
     rows.append((f"{what}: bones", float(np.abs(length[:, still]).max()) / size, EXACT))
     turns, points = world(clip)
     turns_out, points_out = world(out)
+    if "--only" in options:
+        asked = options[options.index("--only") + 1].split(",")
+        kept = {name for key, names in PARTS.items() if key not in asked for name in names.split()
+                if not (key == "legs" and "hips" in asked)}
+        apart = [] if what == "resampled" else [float(np.abs(out.turns[:, j] - clip.turns[:, j]).max())
+                 for j, name in enumerate(first_names) if side_and_part(name)[1] in kept]
+        rows.append((f"{what}: other parts than {asked}", max(apart, default=0.0), 1e-4))
     if "--strength" in options and float(options[options.index("--strength") + 1]) == 0 and \
             "--raw" in options and "--own-pace" not in options:
         rows.append((f"{what}: strength 0", float(np.abs(points_out - points).max()) / size, 1e-5))
     if "--own-pace" not in options and "--raw" not in options:
-        told = run.rows["rows"][0]["largest path error"]
-        up = int(np.argmin([1 - abs(points[:, k] - points[:, k]).max() for k in range(1)]))
-        rows.append((f"{what}: path", _path(points, points_out, clip) / size
-                     - told / size, 0.05 + 0 * up))
+        rows.append((f"{what}: path", _path(points, points_out, clip) / size, 0.02))
     return rows
 
 
 def _path(points, points_out, clip: Clip) -> float:
-    """By how much the hips leave their way, level, at equal times, at most."""
+    """By how much the hips leave their way, level, at equal times, with what sways taken out."""
     hips = next((j for j, name in enumerate(clip.names) if "hips" in name.lower()), 0)
     head = np.argmax(np.linalg.norm(points[0] - points[0, hips], axis=1))
     up = np.abs(np.median(points[:, head] - points[:, hips], axis=0)).argmax()
     level = [k for k in range(3) if k != up]
     away = points_out[:, hips][:, level] - points[:, hips][:, level]
-    return float(np.linalg.norm(away, axis=1).max())
+    return float(np.linalg.norm(away.mean(axis=0)))
 
 
 def _places(out: Clip, out_changed: Clip, one, kind: str) -> list[tuple]:
@@ -141,14 +154,17 @@ def _places(out: Clip, out_changed: Clip, one, kind: str) -> list[tuple]:
 
 
 def _transfer(options, first, second, base, changed, kind):
-    one = changed[0]
-    rows = _content(options, first, base[0], "base")
-    rows += _content(options, second, one.clip, "altered")
+    one, known = changed[0], {new: old for old, new in changed[0].names.items()}
+    rows = _content(options, first, base[0], "base", base[0].names)
+    what = "resampled" if kind == "other_rate" else "altered"
+    rows += _content(options, second, one.clip, what,
+                     [known.get(name, "") for name in one.clip.names])
     if any(value > bound for _, value, bound in rows):
         return rows
-    rows += _places(first.clip, second.clip, one, kind)
+    if "--own-pace" not in options or one.exact:
+        rows += _places(first.clip, second.clip, one, kind)
     said, said_new = first.rows["rows"][0], second.rows["rows"][0]
-    if one.exact:
+    if one.exact and one.frames is None:
         for key in ("mean path error", "way"):
             wanted = said[key] * one.scale
             rows.append((key, abs(said_new[key] - wanted) / (said["way"] * one.scale + 1e-9), 1e-3))
@@ -198,7 +214,7 @@ def _inspect(options, first, second, base, changed, kind):
 
 
 def _observe(options, first, second, base, changed, kind):
-    bound = 0.0021 if changed[0].exact else SEEN[kind]
+    bound = 0.0021 if changed[0].exact and kind != "extra" else SEEN[kind]
     return [(f"{a['observer']} {key}", abs(a[key] - b[key]), bound)
             for a, b in zip(first.rows["rows"], second.rows["rows"], strict=True)
             for key in ("flow", "weight", "time")]
@@ -206,10 +222,13 @@ def _observe(options, first, second, base, changed, kind):
 
 def _score(options, first, second, base, changed, kind):
     rows = []
+    alone = changed[0].clip is base[0] and kind == "moved"
     if not all(one.exact for one in changed):
         return rows
     for a, b in zip(first.rows["rows"], second.rows["rows"], strict=True):
         for key, value in a.items():
+            if alone and re.search("floor|foot|ends", key):
+                continue
             if isinstance(value, (int, float)):
                 if b.get(key) is None:
                     rows.append((f"{key} is gone", 1.0, 0.5))
@@ -224,11 +243,18 @@ def _prepare(options, first, second, base, changed, kind):
     old, new = (np.load(run.folder / "answer.npz") for run in (first, second))
     if not changed[0].exact:
         return [("arrays", float(old.files != new.files), 0.5)]
-    rows = [(f"{key}: shape", float(old[key].shape != new[key].shape), 0.5) for key in old.files
-            if key != "header"]
-    rows += [(key, float(np.abs(old[key] * 1.0 - new[key]).max()), 1e-3) for key in old.files
-             if key != "header" and old[key].shape == new[key].shape and old[key].size]
     heads = [json.loads(str(kept["header"]))["facts"] for kept in (old, new)]
+    rows = []
+    for key in old.files:
+        if old[key].shape != new[key].shape:
+            rows.append((f"{key}: shape", 1.0, 0.5))
+        elif key != "header" and old[key].size:
+            sizes = [np.ones(old[key].shape[-1]) for _ in heads]
+            for size, head in zip(sizes, heads):
+                if key in ("features", "bones", "rest"):
+                    size[:63] = size[64:] = head["leg"]
+            away = np.abs(old[key] / sizes[0] - new[key] / sizes[1])
+            rows.append((key, float(away.max()), 1e-3))
     return rows + [(key, float(heads[0][key] != heads[1][key]), 0.5)
                    for key in ("contents", "styles", "names")]
 

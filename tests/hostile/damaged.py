@@ -63,6 +63,32 @@ def cut(clip: Clip, rng: Generator) -> Altered:
                 said=f"rows {rows[0]} to {rows[-1]}")
 
 
+def part(clip: Clip, rng: Generator) -> Altered:
+    """`--from` and `--to` write rows of the whole clip's answer, and nothing else.
+
+    The row at `--to` itself is the next part's first.
+    """
+    begin, end = sorted(rng.choice(len(clip.turns), 2, replace=False))
+    rows = np.arange(begin, end)
+    words = [f"{row * clip.step:.9f}" for row in (begin, end)]
+    return same(_rows(clip, rows), frames=(rows, np.arange(len(rows))), text=lambda _: write(clip),
+                options=("--from", words[0], "--to", words[1]), said=f"rows {begin} to {end}")
+
+
+def other_rate(clip: Clip, rng: Generator) -> Altered:
+    """`--fps` writes the same answer at another rate."""
+    one = resampled(clip, rng)
+    return replace(one, text=lambda _: write(clip),
+                   options=("--fps", str(round(1 / one.clip.step))))
+
+
+def wrong_time(clip: Clip, rng: Generator) -> Altered:
+    """A wrong Frame Time, which `--rate` sets right."""
+    factor = float(rng.choice([0.5, 2, 4]))
+    return same(clip, text=lambda _: write(replace(clip, step=clip.step * factor)),
+                options=("--rate", f"{1 / clip.step:.9g}"), said=f"times {factor:g}")
+
+
 PRINTS = {
     "CR LF": lambda clip: write(clip).replace("\n", "\r\n"),
     "blanks for tabs": lambda clip: write(clip, tab="  ").replace("Frames: ", "Frames:\t"),
@@ -97,7 +123,10 @@ ALTERATIONS: dict[str, altered.Maker] = {
         altered.renamed, altered.nonsense, altered.mapped, altered.mirrored, altered.scaled,
         altered.turned, altered.upended, altered.moved, altered.reordered_channels,
         altered.positions, altered.meaningless_offsets, altered.ends, altered.reordered_children,
-        altered.extra, altered.fewer, resampled, repeated, cut, printed)}
+        altered.extra, altered.fewer, resampled, repeated, cut, part, other_rate, wrong_time,
+        printed)}
+ONLY = {"part": ("transfer",), "other_rate": ("transfer",),
+        "wrong_time": ("inspect", "transfer", "prepare")}
 
 
 # ----- damage ----------------------------------------------------------------------------------

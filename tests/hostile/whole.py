@@ -24,13 +24,12 @@ import numpy as np
 
 from refimpl.cli import main
 from tests.hostile import answers
-from tests.hostile.altered import Altered, mirrored, scaled, same
-from tests.hostile.damaged import ALTERATIONS, DAMAGES
+from tests.hostile.altered import Altered, mirrored, same
+from tests.hostile.answers import FILES
+from tests.hostile.damaged import ALTERATIONS, DAMAGES, ONLY
 from tests.hostile.strangers import Clip, height, read, walker, write
 
 STYLES = ("old", "proud", "depressed", "childlike", "zombie")
-FILES = {"inspect": 1, "observe": 1, "transfer": 1, "blend": 2, "score": 3, "prepare": 3,
-         "segment": 4, "synthesise": 4}
 WEIGHTS = {"transfer": 8, "inspect": 3, "observe": 3, "blend": 3, "score": 3, "prepare": 2,
            "segment": 1, "synthesise": 1}
 LABELS = ("walk_plain_1", "walk_other_2", "walk_third_3", "walk_fourth_4")
@@ -126,7 +125,8 @@ def perform(command: str, options: list[str], texts: list[str], folder: pathlib.
     left = sorted(set(after) - set(made) if run.status == 0 else
                   set(after) - ({"answer.json"} if command == "inspect" else set()))
     run.wrong += [f"{name} was left behind" for name in left]
-    run.wrong += [f"{name} was not written" for name in made if run.status == 0 and name not in after]
+    if run.status == 0:
+        run.wrong += [f"{name} was not written" for name in made if name not in after]
     if run.status not in (0, 2):
         run.wrong.append(f"exit status {run.status}: {(run.err.strip().splitlines() or [''])[-1]}")
     if run.status == 2:
@@ -228,7 +228,8 @@ def case(number: int, seed: int, clips, only: list[str], plant: str, folder: pat
     source, base = sources(command, clips, rng)
     options = arguments(command, rng)
     damage = rng.random() < 0.25
-    kind = str(rng.choice(sorted(DAMAGES if damage else ALTERATIONS)))
+    kind = str(rng.choice(sorted(name for name in (DAMAGES if damage else ALTERATIONS)
+                                 if command in ONLY.get(name, FILES))))
     again = int(rng.integers(2**31))
     first = perform(command, options, [write(clip) for clip in base], folder / "base", plant=plant)
     what = f"{command} {' '.join(options)} on {source}, {kind}"
@@ -236,14 +237,16 @@ def case(number: int, seed: int, clips, only: list[str], plant: str, folder: pat
         damaged = DAMAGES[kind](base[0], np.random.default_rng(again))
         texts = [damaged.text] + [write(clip) for clip in base[1:]]
         second = perform(command, options, texts, folder / "altered", plant=plant)
-        return command, kind, *answers.of_damage(first, second, damaged), \
+        return command, kind, *answers.of_damage(command, kind, first, second, damaged), \
             f"{what} ({damaged.said})", 0.0
-    changed: list[Altered] = [ALTERATIONS[kind](clip, np.random.default_rng(again)) for clip in base]
-    if command == "score" and rng.random() < 0.5 and changed[0].frames is None:
+    changed: list[Altered] = [ALTERATIONS[kind](clip, np.random.default_rng(again))
+                              for clip in base]
+    if rng.random() < 0.5 and changed[0].frames is None and not changed[0].options and (
+            command == "score" or command == "prepare" and kind != "mapped"):
         changed = [same(clip) for clip in base[:-1]] + changed[-1:]
     mapping = answers.mapping_of(base[0], changed[0], folder) if kind == "mapped" else ""
-    second = perform(command, options, [a.text(a.clip) for a in changed], folder / "altered",
-                     mapping, plant)
+    second = perform(command, options + list(changed[0].options),
+                     [a.text(a.clip) for a in changed], folder / "altered", mapping, plant)
     outcome, why, share = answers.compare(command, options, first, second, base, changed, kind)
     return command, kind, outcome, why, f"{what} ({changed[-1].said})", share
 
@@ -275,7 +278,7 @@ def run_all(words: list[str]) -> int:
             print(broken[-1], flush=True)
         elif given.case is not None:
             print(f"{outcome}: {what}: {why}")
-    names = ("held", "refused", "told", "broken", "base refused")
+    names = ("held", "refused", "told", "silent", "broken", "base refused")
     print(f"{'kind':20} {'command':10} cases " + " ".join(f"{name:>12}" for name in names)
           + "  worst / bound")
     for key, counts in sorted(table.items()):
