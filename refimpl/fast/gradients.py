@@ -18,7 +18,7 @@ from ..holden2017.objective import (CONTENT, EQUATION_10, STYLE, Batch, Terms, W
                                     reading, term_losses, term_losses_backward)
 from ..nn.sums import wide_sum
 from .decoder import check_even, pool_into, unpool_into
-from .spectral import Plan
+from .spectral import Plan, in_columns
 
 
 def style_gradients(loss_network: Params, mean: np.ndarray, deviation: np.ndarray, weights: Weights,
@@ -70,7 +70,9 @@ class StyleStep:
         self.of_input = (self.layers[0] if self.same_width
                          else _plan(features, m, self.W0.shape[2]))
         self.encoder = _plan(features, m, self.W0.shape[2])
-        self.V0 = self.encoder.spectra(self.W0)
+        V0 = self.encoder.spectra(self.W0)
+        self.V0 = in_columns(V0)
+        self.V0_back = np.ascontiguousarray(V0.swapaxes(2, 3)).swapaxes(2, 3)   # O by C in memory
         first = self.layers[0]
         self.bank = np.empty((3, first.n // 2, features, first.shape[3]), dtype)
         self.V_input = self.of_input.spectra(
@@ -144,7 +146,7 @@ class StyleStep:
         if d_others is not None:
             dH += d_others.swapaxes(1, 2)
         unpool_into(dH, self.first, self.active, self.dZ)
-        dO, _ = self.encoder.backward(self.dZ.reshape(Z.shape), self.V0, to_filters=False)
+        dO, _ = self.encoder.backward(self.dZ.reshape(Z.shape), self.V0_back, to_filters=False)
         return {"content": self.content * content.mean(), "style": self.style * style.mean(),
                 **others}, dO
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..holden2017.networks import Params
 from .decoder import half_filters, taps
-from .spectral import Plan
+from .spectral import Plan, in_columns
 
 BLOCK = 1920       # frames computed at a time: what they need stays in the processor's cache
 HAND_OVER = 300    # frames that could be computed while one more thread begins (measured for two)
@@ -153,5 +153,5 @@ class Stylist:
     def _filter_spectra(self, layer, plan):
         """Computed once for each layer and tile."""
         if (layer, plan.n) not in self._spectra:
-            self._spectra[layer, plan.n] = plan.spectra(self.filters[layer])
+            self._spectra[layer, plan.n] = in_columns(plan.spectra(self.filters[layer]))
         return self._spectra[layer, plan.n]
