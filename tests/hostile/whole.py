@@ -48,9 +48,8 @@ class Run:
     @property
     def told(self) -> str:
         """Warnings, wherever they stand."""
-        rows = self.rows
-        return " ".join([self.err.strip()] + [str(row["warnings"]) for row in rows.get("rows", [])
-                                              if row.get("warnings")]).strip()
+        said = [row.get("warnings") for row in self.rows.get("rows", [])]
+        return " ".join(filter(None, [self.err.strip(), *said]))
 
     @property
     def rows(self) -> dict:
