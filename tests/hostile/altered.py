@@ -36,6 +36,7 @@ class Altered:
     options: tuple[str, ...] = ()
 
 
+SIZE = 150.0  # of a body in both kinds of clips, the same for clips that belong together
 Maker = Callable[[Clip, np.random.Generator], Altered]
 
 
@@ -165,7 +166,7 @@ def upended(clip: Clip, rng: np.random.Generator) -> Altered:
 
 def moved(clip: Clip, rng: np.random.Generator) -> Altered:
     """Elsewhere, half of the time on a floor of another height."""
-    shift = rng.uniform(-30, 30, 3) * height(clip) * [1, rng.integers(2) / 10, 1]
+    shift = rng.uniform(-30, 30, 3) * SIZE * [1, rng.integers(2) / 10, 1]
     places = clip.places.copy()
     places[:, 0] += shift
     return same(replace(clip, places=places), shift=shift, said="raised" if shift[1] else "")
@@ -206,7 +207,7 @@ def meaningless_offsets(clip: Clip, rng: np.random.Generator) -> Altered:
     offsets = clip.offsets.copy()
     for joint, listed in enumerate(clip.channels):
         if len(listed) == 6 and not inner(clip)[joint]:
-            offsets[joint] += rng.uniform(-3, 3, 3) * height(clip)
+            offsets[joint] += rng.uniform(-3, 3, 3) * SIZE
     return same(replace(clip, offsets=offsets))
 
 
@@ -215,7 +216,7 @@ def ends(clip: Clip, rng: np.random.Generator) -> Altered:
     listed = list(clip.ends)
     for joint, name in enumerate(clip.names):
         if listed[joint] is not None and not ("Hand" in name):
-            listed[joint] = rng.uniform(-0.05, 0.05, 3) * height(clip)
+            listed[joint] = rng.uniform(-0.05, 0.05, 3) * SIZE
     return same(replace(clip, ends=tuple(listed)))
 
 
@@ -247,7 +248,7 @@ def extra(clip: Clip, rng: np.random.Generator) -> Altered:
              "UpLeg": "UpLegTwist", "UpperLeg": "UpperLegTwist"}
     joints = [j for j in range(len(clip.names)) if side_and_part(clip.names[j])[1] in
               ("ForeArm", "Head", "UpLeg")]
-    size, count = height(clip), len(clip.names)
+    count = len(clip.names)
     names, listed, parents, offsets = (list(clip.names), list(clip.channels), list(clip.parents),
                                        list(clip.offsets))
     turns, places, closed = [clip.turns], [clip.places], list(clip.ends)
@@ -256,7 +257,7 @@ def extra(clip: Clip, rng: np.random.Generator) -> Altered:
         names.append(clip.names[joint].replace(word, added[word]))
         parents.append(joint)
         listed.append(("Zrotation", "Xrotation", "Yrotation"))
-        offsets.append(rng.uniform(-0.03, 0.03, 3) * size)
+        offsets.append(rng.uniform(-0.03, 0.03, 3) * SIZE)
         angle = 40 * np.sin(rng.uniform(0, 6) + np.arange(len(clip.turns)) * clip.step * 5)
         turns.append(Rotation.from_euler("y", angle[:, None], degrees=True).as_matrix()[:, None])
         places.append(np.tile(offsets[-1], (len(clip.turns), 1, 1)))

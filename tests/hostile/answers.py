@@ -94,7 +94,7 @@ def _names(command, clip: Clip, out: Clip, what: str) -> list[tuple]:
             (f"{what}: channels", float(clip.channels != out.channels), 0.5)]
 
 
-def _content(options, run, clip: Clip, what: str, first_names=()) -> list[tuple]:
+def _content(options, run, clip: Clip, what: str, first_names, up) -> list[tuple]:
     """What a result keeps of its content, whatever the style."""
     out = run.clip
     rows = _names("transfer", clip, out, what)
@@ -112,29 +112,32 @@ def _content(options, run, clip: Clip, what: str, first_names=()) -> list[tuple]
         asked = options[options.index("--only") + 1].split(",")
         kept = {name for key, names in PARTS.items() if key not in asked for name in names.split()
                 if not (key == "legs" and "hips" in asked)}
-        apart = [] if what == "resampled" else [float(np.abs(out.turns[:, j] - clip.turns[:, j]).max())
+        apart = [float(np.abs(out.turns[:, j] - clip.turns[:, j]).max())
                  for j, name in enumerate(first_names) if side_and_part(name)[1] in kept]
-        rows.append((f"{what}: other parts than {asked}", max(apart, default=0.0), 1e-4))
+        rows.append((f"{what}: other parts than {asked}", max(apart, default=0.0),
+                     1e-4 if what != "resampled" else 0.1))
     if "--strength" in options and float(options[options.index("--strength") + 1]) == 0 and \
             "--raw" in options and "--own-pace" not in options:
         rows.append((f"{what}: strength 0", float(np.abs(points_out - points).max()) / size, 1e-5))
     if "--own-pace" not in options and "--raw" not in options:
-        rows.append((f"{what}: path", _path(points, points_out, clip) / size, 0.02))
+        rows.append((f"{what}: path", _path(points, points_out, first_names, up) / size, 0.02))
     return rows
 
 
-def _path(points, points_out, clip: Clip) -> float:
+def _path(points, points_out, first_names, up) -> float:
     """By how much the hips leave their way, level, at equal times, with what sways taken out."""
-    hips = next((j for j, name in enumerate(clip.names) if "hips" in name.lower()), 0)
-    head = np.argmax(np.linalg.norm(points[0] - points[0, hips], axis=1))
-    up = np.abs(np.median(points[:, head] - points[:, hips], axis=0)).argmax()
-    level = [k for k in range(3) if k != up]
-    away = points_out[:, hips][:, level] - points[:, hips][:, level]
+    hips = next((j for j, name in enumerate(first_names) if side_and_part(name)[1] == "Hips"), 0)
+    level = np.eye(3) - np.outer(up, up)
+    away = (points_out[:, hips] - points[:, hips]) @ level
     return float(np.linalg.norm(away.mean(axis=0)))
 
 
-def _places(out: Clip, out_changed: Clip, one, kind: str) -> list[tuple]:
-    """Places of the two answers, the first brought to where the second should be."""
+def _places(out: Clip, out_changed: Clip, one, kind: str, adrift: bool = False) -> list[tuple]:
+    """Places of the two answers, the first brought to where the second should be.
+
+    Results that leave their path by what their networks say (`--raw`, `--own-pace`), `adrift`, are
+    compared as seen from the hips unless they must be equal.
+    """
     turns, points = world(out)
     turns_new, points_new = world(out_changed)
     pairs = [(out.names.index(a), out_changed.names.index(b)) for a, b in one.names.items()
@@ -147,7 +150,10 @@ def _places(out: Clip, out_changed: Clip, one, kind: str) -> list[tuple]:
         return [("rows of the answer", 1.0, 0.5)]
     size = height(out) * one.scale
     wanted = one.scale * points[rows][:, old] @ one.turn.T + one.shift
-    away = np.linalg.norm(points_new[rows_new][:, new] - wanted, axis=2) / size
+    away = points_new[rows_new][:, new] - wanted
+    if adrift and not one.exact:
+        away = away - away[:, [list(one.names).index("Hips")]]
+    away = np.linalg.norm(away, axis=2) / size
     if one.exact:
         return [("places", float(away.max()), EXACT)]
     return [("mean place", float(away.mean()), NEAR[kind])]
@@ -155,14 +161,13 @@ def _places(out: Clip, out_changed: Clip, one, kind: str) -> list[tuple]:
 
 def _transfer(options, first, second, base, changed, kind):
     one, known = changed[0], {new: old for old, new in changed[0].names.items()}
-    rows = _content(options, first, base[0], "base", base[0].names)
+    rows = _content(options, first, base[0], "base", base[0].names, np.eye(3)[1])
     what = "resampled" if kind == "other_rate" else "altered"
     rows += _content(options, second, one.clip, what,
-                     [known.get(name, "") for name in one.clip.names])
+                     [known.get(name, "") for name in one.clip.names], one.turn[:, 1])
     if any(value > bound for _, value, bound in rows):
         return rows
-    if "--own-pace" not in options or one.exact:
-        rows += _places(first.clip, second.clip, one, kind)
+    rows += _places(first.clip, second.clip, one, kind, {"--raw", "--own-pace"} & set(options))
     said, said_new = first.rows["rows"][0], second.rows["rows"][0]
     if one.exact and one.frames is None:
         for key in ("mean path error", "way"):

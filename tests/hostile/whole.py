@@ -24,7 +24,7 @@ import numpy as np
 
 from refimpl.cli import main
 from tests.hostile import answers
-from tests.hostile.altered import Altered, mirrored, same
+from tests.hostile.altered import Altered, mirrored, same, taken
 from tests.hostile.answers import FILES
 from tests.hostile.damaged import ALTERATIONS, DAMAGES, ONLY
 from tests.hostile.strangers import Clip, height, read, walker, write
@@ -48,9 +48,8 @@ class Run:
     @property
     def told(self) -> str:
         """Warnings, wherever they stand."""
-        rows = self.rows
-        return " ".join([self.err.strip()] + [str(row["warnings"]) for row in rows.get("rows", [])
-                                              if row.get("warnings")]).strip()
+        said = [row.get("warnings") for row in self.rows.get("rows", [])]
+        return " ".join(filter(None, [self.err.strip(), *said]))
 
     @property
     def rows(self) -> dict:
@@ -90,7 +89,7 @@ def perform(command: str, options: list[str], texts: list[str], folder: pathlib.
         paths[1:] = [folder / "clips" / "base" / path.name for path in paths[1:]]
     for path, text in zip(paths, texts):
         path.write_bytes(text.encode())
-    data, made = str(folder / "answer.json"), []
+    data, made = str(folder / "answer.json"), ["answer.json"]
     if mapping:
         (folder / "mapping.csv").write_text(mapping)
         if command in ("inspect", "transfer", "prepare"):
@@ -98,10 +97,10 @@ def perform(command: str, options: list[str], texts: list[str], folder: pathlib.
     if command == "score":
         table = ["content,style,result", ",".join(map(str, paths))]
         (folder / "table.csv").write_text("\n".join(table) + "\n")
-        argv, made = ["score", str(folder / "table.csv"), "--json", data], ["answer.json"]
+        argv = ["score", str(folder / "table.csv"), "--json", data]
     elif command == "prepare":
-        argv, made = ["prepare", str(folder / "clips")], ["answer.npz"]
-        argv += ["-o", str(folder / "answer.npz"), *options]
+        made = ["answer.npz"]
+        argv = ["prepare", str(folder / "clips"), "-o", str(folder / made[0]), *options]
     else:
         words = [str(path) for path in paths[:2]]
         if len(texts) > 3:
@@ -110,10 +109,9 @@ def perform(command: str, options: list[str], texts: list[str], folder: pathlib.
         argv = [command, *before, *words, *options[len(before):]]
         if command in ("transfer", "blend", "synthesise"):
             argv += ["-o", str(folder / "answer.bvh")]
-            made.append("answer.bvh")
-        if command not in ("blend", "synthesise"):
+            made = ["answer.bvh"] + made * (command == "transfer")
+        if "answer.json" in made:
             argv += ["--json", data]
-            made.append("answer.json")
     before_run = _listing(folder)
     run = call(argv, folder)
     if plant:
@@ -157,8 +155,7 @@ def call(argv: list[str], folder: pathlib.Path) -> Run:
 def refusal(run: Run, paths: list[pathlib.Path]) -> list[str]:
     """What is wrong with a refusal: one line, the file's name, and what to do."""
     lines = run.err.strip().splitlines()
-    errors = [line for line in lines if "error" in line]
-    if len(lines) != 1 or len(errors) != 1:
+    if len(lines) != 1 or "error" not in lines[0]:
         return [f"refused in {len(lines)} lines: {' / '.join(lines)[:200]}"]
     if not any(path.stem in lines[0] for path in paths):
         return [f"refused without the file's name: {lines[0][:200]}"]
@@ -179,6 +176,17 @@ def _spoilt(change):
     return plant
 
 
+def _late(clip: Clip) -> np.ndarray:
+    return np.maximum(np.arange(len(clip.turns)) - 1, 0)
+
+
+def _sides_exchanged(clip: Clip) -> Clip:
+    other = mirrored(clip, np.random.default_rng(0)).clip
+    if set(other.names) != set(clip.names):
+        return clip
+    return taken(other, [other.names.index(name) for name in clip.names])
+
+
 def _torn(run: Run) -> Run:
     if run.status == 2:
         (run.folder / "answer.bvh").write_text("HIERARCHY\n")
@@ -186,9 +194,9 @@ def _torn(run: Run) -> Run:
 
 
 PLANTS = {
-    "late": _spoilt(lambda clip: replace(clip, turns=np.roll(clip.turns, 1, axis=0),
-                                         places=np.roll(clip.places, 1, axis=0))),
-    "mirrored": _spoilt(lambda clip: mirrored(clip, np.random.default_rng(0)).clip),
+    "late": _spoilt(lambda clip: replace(clip, turns=clip.turns[_late(clip)],
+                                         places=clip.places[_late(clip)])),
+    "mirrored": _spoilt(_sides_exchanged),
     "unscaled": _spoilt(lambda clip: answers.rescaled(clip, 150 / height(clip))),
     "rate": _spoilt(lambda clip: replace(clip, step=1 / 60)),
     "torn": _torn,
