@@ -184,6 +184,8 @@ def _blend(options, first, second, base, changed, kind):
     one = changed[0]
     if one.frames is not None or kind == "extra":    # every joint is part of a pose of 2006
         return rows
+    if base[0].parents.count(0) == 1:                # a root above the hips says nothing of a body
+        one = replace(one, names={a: b for a, b in one.names.items() if a != base[0].names[0]})
     alpha = float(options[1])
     if alpha in (0, 1) and one.exact:
         own, out = base[int(alpha)], first.clip
