@@ -48,7 +48,7 @@ class Run:
     @property
     def told(self) -> str:
         """Warnings, wherever they stand."""
-        said = [row.get("warnings") for row in self.rows.get("rows", [])]
+        said = [row.get("warnings") or row.get("reason") for row in self.rows.get("rows", [])]
         return " ".join(filter(None, [self.err.strip(), *said]))
 
     @property
