@@ -63,6 +63,7 @@ COMMANDS = {
     "blends exported": "experiment torresani --export-blends t --blends 2"}
 SLOW = ("demo", "evaluate", "bench", "experiment holden", "experiment ground", "experiment bodies",
         "experiment torresani", "blends exported", "styles made", "synthesise")
+FRESH = ("export",)                                              # into an empty folder alone
 READ_AGAIN = "--into"                                            # it reads what it adds to
 SIGNALS = {signal.SIGKILL: -signal.SIGKILL, signal.SIGTERM: 143, signal.SIGINT: 130}
 
@@ -197,8 +198,7 @@ def killed(words, folder, number=0, sent=None):
 
 
 def _left(seconds=20):
-    """Wait for what the dead child has started, which is ours now.   ->  how many had to be ended
-    """
+    """Wait for what a dead child has started, now ours.   ->  how many had to be ended"""
     began, ended = time.monotonic(), 0
     while True:
         try:
@@ -227,18 +227,18 @@ class Campaign:
         shutil.copytree(origin, self.folder, symlinks=True)
         for name, (kind, data) in self.made.items():
             path = self.folder / name
-            if not path.exists() and stat.S_ISREG(kind):
+            if not path.exists() and stat.S_ISREG(kind) and command not in FRESH:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(data if READ_AGAIN in self.words else b"old")
         with _there(self.folder):
             self.before = snapshot()
-        _, (_, self.events), self.again, _ = killed(self.words, self.folder)
+        status, (_, self.events), self.again, _ = killed(self.words, self.folder)
+        assert status == 0
 
     def kill(self, rng):
         """->  signal, event, what is wrong or "", unfinished files left"""
-        kinds = sorted(set(self.events))                         # workers live between steps
-        sent = rng.choice(list(SIGNALS))
-        name = "step" if "step" in kinds and rng.random() < 0.4 else rng.choice(kinds)
+        kinds, sent = sorted(set(self.events)), rng.choice(list(SIGNALS))
+        name = "step" if "step" in kinds and rng.random() < 0.4 else rng.choice(kinds)  # workers
         number = rng.choice([n for n, event in enumerate(self.events, 1) if event == name])
         status, told, after, left = killed(self.words, self.folder, number, sent)
         parts = [f for f in after if f.endswith(".part")]
