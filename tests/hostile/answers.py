@@ -5,7 +5,9 @@ the answer by what text and rounding are worth: a clip has six decimals of a deg
 digits, and the clean-up of feet decides by thresholds that rounding alone rarely crosses; 1e-4 of
 the body's height is 0.15 mm of a person. What is not exact is held, by the mean over joints and
 frames, to `NEAR`, in shares of the body's height, each below what a wrong answer of that
-kind gives: sides exchanged (0.1 and more in a walk), a row too late at 30 a second (0.02).
+kind gives: sides exchanged (0.1 and more in a walk), a row too late at 30 a second (0.02). `SEEN`
+is the same for the observers' scale of six. `PROMISED` says which commands must notice a damage;
+where the others say nothing the outcome is `silent`, which is counted and not held against them.
 """
 
 import json
@@ -20,7 +22,7 @@ from tests.hostile.strangers import Clip, height, world, write
 EXACT = 1e-4
 ON_PATH = 0.05          # a manner leans the hips to one side: up to 0.037 of a body without P
 NEAR = {"mirrored": 0.08, "resampled": 0.02, "repeated": 0.03, "cut": 0.05, "fewer": 0.03,
-        "other_rate": 0.01}
+        "other_rate": 0.01, "extra": 0.1}
 SEEN = {"mirrored": 1.5, "resampled": 1.0, "repeated": 1.5, "cut": 3.0, "fewer": 1.0, "extra": 0.3}
 FILES = {"inspect": 1, "observe": 1, "transfer": 1, "blend": 2, "score": 3, "prepare": 3,
          "segment": 4, "synthesise": 4}
@@ -85,6 +87,8 @@ def compare(command, options, first, second, base, changed, kind) -> tuple[str, 
                       if not value <= bound)
     if wrong and foreign and second.told:
         return "told", second.told, 0.0
+    if wrong and foreign and command not in ("inspect", "transfer", "prepare", "score"):
+        return "silent", wrong, 0.0
     return ("broken" if wrong else "held"), wrong, share
 
 
@@ -156,7 +160,8 @@ def _places(out: Clip, out_changed: Clip, one, kind: str, adrift: bool = False) 
         away = away - away[:, [list(one.names).index("Hips")]]
     away = np.linalg.norm(away, axis=2) / size
     if one.exact:
-        return [("places", float(away.max()), EXACT)]
+        joint = list(one.names)[int(away.max(axis=0).argmax())]
+        return [(f"place of {joint}", float(away.max()), EXACT)]
     return [("mean place", float(away.mean()), NEAR[kind])]
 
 
@@ -193,6 +198,8 @@ def _blend(options, first, second, base, changed, kind):
         if len(own.turns) == len(out.turns):
             away = np.abs(np.diff(world(out)[1] - world(own)[1], axis=0)).max() / height(own)
             rows.append(("a copy", float(away), EXACT))
+    if kind == "extra":
+        one = replace(one, exact=False)
     return rows + _places(first.clip, second.clip, one, kind)
 
 

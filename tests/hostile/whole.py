@@ -95,8 +95,7 @@ def perform(command: str, options: list[str], texts: list[str], folder: pathlib.
         if command in ("inspect", "transfer", "prepare"):
             options = [*options, "--mapping", str(folder / "mapping.csv")]
     if command == "score":
-        table = ["content,style,result", ",".join(map(str, paths))]
-        (folder / "table.csv").write_text("\n".join(table) + "\n")
+        (folder / "table.csv").write_text("content,style,result\n" + ",".join(map(str, paths)))
         argv = ["score", str(folder / "table.csv"), "--json", data]
     elif command == "prepare":
         made = ["answer.npz"]
@@ -142,14 +141,15 @@ def call(argv: list[str], folder: pathlib.Path) -> Run:
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
-            status = main(argv)
+            status = main(argv) or 0
         except SystemExit as end:
-            status = end.code
+            status = end.code or 0
         except BaseException:
             traceback.print_exc()
             status = "traceback"
-    return Run(status or 0 if status != "traceback" else status, out.getvalue(), err.getvalue(),
-               folder)
+    if status == 143:
+        raise KeyboardInterrupt
+    return Run(status, out.getvalue(), err.getvalue(), folder)
 
 
 def refusal(run: Run, paths: list[pathlib.Path]) -> list[str]:
