@@ -187,16 +187,18 @@ def _blend(options, first, second, base, changed, kind):
     rows = _names("blend", base[0], first.clip, "base")
     rows += _names("blend", changed[0].clip, second.clip, "altered")
     one = changed[0]
-    if one.frames is not None or kind == "extra":    # every joint is part of a pose of 2006
+    if one.frames is not None:
         return rows
-    if base[0].parents.count(0) == 1:                # a root above the hips says nothing of a body
+    above = int(base[0].parents.count(0) == 1)       # a root above the hips says nothing of a body
+    if above:
         one = replace(one, names={a: b for a, b in one.names.items() if a != base[0].names[0]})
     alpha = float(options[1])
     if alpha in (0, 1) and one.exact:
         own, out = base[int(alpha)], first.clip
         rows.append(("rows of a copy", abs(len(own.turns) - len(out.turns)), 0.5))
         if len(own.turns) == len(out.turns):
-            away = np.abs(np.diff(world(out)[1] - world(own)[1], axis=0)).max() / height(own)
+            away = np.linalg.norm(np.diff(
+                (world(out)[1] - world(own)[1])[:, above:], axis=0), axis=-1).max() / height(own)
             rows.append(("a copy", float(away), EXACT))
     if kind == "extra":
         one = replace(one, exact=False)
