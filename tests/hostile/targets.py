@@ -45,6 +45,7 @@ SLOW = ("experiment", "bench", "evaluate", "demo", "synthesise", "export", "trai
 REFUSED = ("folder", "missing folder", "below a file", "circle", "input", "hard link", "linked "
            "input", "other output", "long name")
 WRITTEN = ("new", "old", "link", "dangling", "pipe", "device")
+OWN_FOLDERS = "./refimpl-"                       # where commands write when they are told no --out
 NO_FOLDER = ("file", "below a file", "circle", "input")
 INPUT = {"evaluate": "motions.npz", "synthesise": "c.bvh", "check": "known",
          "experiment bodies": "old.npz", "observe": "c.bvh",
@@ -195,7 +196,8 @@ def tried(command, option, kind):
     lost = [name for name in before if before[name] != after.get(name)
             and (kind in REFUSED or name not in mine)]
     left = [name for name in after if name not in before
-            and (kind in REFUSED or name not in mine) and "__pycache__" not in name]
+            and (kind in REFUSED or name not in mine and not name.startswith(OWN_FOLDERS))
+            and "__pycache__" not in name]
     if lost or left:
         return f"lost {lost}, left {left}"
     if kind in REFUSED:
