@@ -2,11 +2,14 @@
 
 import argparse
 from pathlib import Path
+import sys
 from typing import Any
 
 import numpy as np
 
+from ..motion.body import make_take
 from ..motion.bvh import read_bvh, write_bvh
+from ..motion.clip import Clip
 from ..torresani2006.align import HIGHEST, LOWEST
 from ..torresani2006.blend import blend_clips
 from ..torresani2006.efforts import BY_SWINGS, BY_PATHS, seen_alone
@@ -40,11 +43,25 @@ def add_commands(commands: Any) -> None:
     command.set_defaults(run=run_blend)
 
 
+def read_warned(path: str) -> Clip:
+    """A clip, with a warning for each reason to doubt that a body moves in it. A ValueError says
+    what cannot be read.
+    """
+    clip = read_bvh(path)
+    try:
+        said = make_take(clip).doubts
+    except ValueError:                                           # another body than that of 2017
+        said = ()
+    for why in said:
+        print(f"refimpl: warning: {path}: {why}", file=sys.stderr)
+    return clip
+
+
 def run_observe(arguments: argparse.Namespace) -> None:
     """Print and write two rows a clip. A ValueError says what cannot be read or observed."""
     rows = []
     for path in arguments.clips:
-        clip = read_bvh(path)
+        clip = read_warned(path)
         body = fit_body([clip])
         fragment = fragment_of(clip, body, Path(path).stem, fps=clip.fps)
         for sight in (BY_SWINGS, BY_PATHS):
@@ -58,8 +75,8 @@ def run_observe(arguments: argparse.Namespace) -> None:
 
 def run_blend(arguments: argparse.Namespace) -> None:
     """Write a blend and print what it took. A ValueError says what cannot be blended."""
-    clip, made, before, after = blend_clips(read_bvh(arguments.first), read_bvh(arguments.second),
-                                            arguments.alpha)
+    clip, made, before, after = blend_clips(read_warned(arguments.first),
+                                            read_warned(arguments.second), arguments.alpha)
     write_bvh(arguments.output, clip)
     path = "limited in slope" if made.limited else "as equation 3 has it (lengths too different)"
     drawn = {0.0: "", 0.5: ", drawn half-way to the straight line",

@@ -161,6 +161,7 @@ def read_entries(lines: list[dict[str, str]], path: Path, judges: judging.Judges
         if abs(lasts[0] - lasts[1]) > 0.1:
             strange.append(f"the result lasts {lasts[0]:.2f} s, its content {lasts[1]:.2f}: equal "
                            "times are compared over what both have")
+        strange += [f"{name}: {why}" for name, m in motions.items() for why in m.doubts]
         if strange:
             facts |= {"line": int(line["line"]), "reason": "; ".join(strange)}
         entries.append(nulls.Entry(motions["content"], motions["style"], motions["result"],

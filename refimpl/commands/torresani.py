@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..motion.bvh import read_bvh, write_bvh
+from ..motion.bvh import write_bvh
 from ..motion.dataset import PATTERN, find_clips
 from ..torresani2006.blend import standing
 from ..torresani2006.database import BLENDS, embedded_database, read_database, train
@@ -20,6 +20,7 @@ from ..torresani2006.segment import segment
 from ..torresani2006.synthesise import (LOOKS, NEIGHBOURS, check_style, contents_of, observed_style,
                                         restyle)
 from . import bodies, code_2016, ground, holden, torresani_experiment
+from .blend import read_warned
 from .options import InputFolder, InputPath, OutputClip, OutputPath, whole, write_report
 from .progress import Progress, table
 
@@ -88,7 +89,7 @@ def _add_database(command):
 
 def _load(arguments, styles=True):
     """->  the database, the clip, the clip as a fragment"""
-    clip = read_bvh(arguments.clip)
+    clip = read_warned(arguments.clip)
     if arguments.database is None:
         if arguments.labels:
             raise ValueError("--labels: found a label file without a DATABASE, needed the folder "

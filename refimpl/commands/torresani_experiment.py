@@ -96,14 +96,18 @@ def run(arguments: argparse.Namespace) -> None:
         if arguments.json:
             write_json(arguments.json, told)
         return
+    if arguments.into:
+        _tables(arguments.into)                                  # before hours of work
     arguments.out = Path(arguments.out)
     arguments.out.mkdir(parents=True, exist_ok=True)
     report = {"data": Path(arguments.folder).name if arguments.folder else "embedded performers",
               "fragments": len(database.fragments), "performers": len(set(cast.performer)),
               **_measured(cast, arguments)}
     write_json(arguments.json or arguments.out / "report.json", report)
-    if arguments.into:
-        _add(arguments.into, report)
+    if arguments.into:                                           # it may have grown meanwhile
+        known = _tables(arguments.into)
+        known[report["data"]] = known.get(report["data"], {}) | report
+        write_json(arguments.into, known)
     if "figure 1" in arguments.only:
         write_bvh(arguments.out / "phrase.bvh",
                   performers.perform(tuple(performers.ACTIONS), 99).clip)
@@ -111,15 +115,16 @@ def run(arguments: argparse.Namespace) -> None:
               "actions by an embedded performer to try `segment` and `synthesise` with")
 
 
-def _add(path, report):
-    """Put tables among those of the same clips in a file of several clips' tables."""
+def _tables(path):
+    """The tables by clips that --into put into a file, none where none is."""
     try:
         known = json.loads(Path(path).read_text()) if Path(path).is_file() else {}
-        known[report["data"]] = known.get(report["data"], {}) | report
-    except (ValueError, TypeError, AttributeError):
-        raise ValueError(f"{path}: found no tables that --into wrote, needed such a file, or none; "
-                         "give another name") from None
-    write_json(path, known)
+        if all(isinstance(tables, dict) for tables in known.values()):
+            return known
+    except (ValueError, AttributeError):
+        pass
+    raise ValueError(f"{path}: found no tables that --into wrote, needed such a file, or none; "
+                     "give another name")
 
 
 def _measured(cast, arguments):

@@ -51,13 +51,14 @@ class Track:
     """A clip as it stands in its file, no row of it left out.
 
     positions : (T, 21, 3), 60 frames a second, y up;  contacts : (T, 4);  floor : its height
-    fps : of the file
+    fps : of the file;  doubts : why not to trust it (`motion.body.Take.doubts`)
     """
 
     positions: np.ndarray = field(repr=False)
     contacts: np.ndarray = field(repr=False)
     floor: float
     fps: float
+    doubts: tuple[str, ...] = ()
 
 
 def read_motion(path: str | Path, beside: Track | None = None) -> Track:
@@ -83,7 +84,7 @@ def motion_of(take: Take) -> Track:
     positions = take.mapping.positions(*forward_kinematics(take.clip.parents, *pose))
     positions = positions @ take.upright.T
     floor, contacts = planted_feet(positions)
-    return Track(positions, contacts, floor, take.clip.fps)
+    return Track(positions, contacts, floor, take.clip.fps, take.doubts)
 
 
 def compare(result: Track, content: Track) -> dict[str, float]:

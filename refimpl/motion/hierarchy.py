@@ -37,7 +37,9 @@ def decimals(numbers: Iterable[float]) -> str:
     >>> decimals([0.1, 1e-7, 2.0])
     '0.1 0.0000001 2'
     """
-    return " ".join(np.format_float_positional(x, trim="-") for x in numbers)
+    words = map(repr, map(float, numbers))
+    return " ".join(np.format_float_positional(float(word), trim="-") if "e" in word
+                    else word.removesuffix(".0") for word in words)
 
 
 def read_hierarchy(lines: Iterable[tuple[int, str]], name: str, end_line: int,

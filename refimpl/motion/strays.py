@@ -45,11 +45,11 @@ def find_strays(positions: np.ndarray, fps: float) -> Strays:
     """
     rows = len(positions)
     steps = mean_steps(positions) / leg_length(positions)
-    usual = np.array([max(np.median(steps[max(0, t - AROUND):t], axis=0) if t else 0.0,
-                          np.median(steps[t + 1:t + 1 + AROUND]) if t + 1 < len(steps) else 0.0)
-                      for t in range(len(steps))])
-    leaps = np.flatnonzero((steps > LEAP) & (steps > SUDDEN * usual)) + 1
-    edges = [0, *leaps.tolist(), rows]
+    leaps = [t + 1 for t in np.flatnonzero(steps > LEAP).tolist()
+             if steps[t] > SUDDEN * max(np.median(steps[max(0, t - AROUND):t]) if t else 0.0,
+                                        np.median(steps[t + 1:t + 1 + AROUND])
+                                        if t + 1 < len(steps) else 0.0)]
+    edges = [0, *leaps, rows]
     pieces = list(zip(edges, edges[1:]))
     core = max(range(len(pieces)), key=lambda n: pieces[n][1] - pieces[n][0])
     longest = SECONDS * fps

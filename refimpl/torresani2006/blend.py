@@ -187,9 +187,9 @@ def blend_clips(A: Clip, B: Clip, alpha: float) -> tuple[Clip, Blend, float, flo
     clip = clip_of(replace(made.fragment, root=root), own)
     try:
         takes = [make_take(parent) for parent in (A, B)]
+        frames = len(make_take(clip).positions)
     except ValueError:
         return clip, made, float("nan"), float("nan")
-    frames = round((clip.frames - 1) * FPS / fps) + 1
     labels = [take.contacts[np.minimum(np.rint(np.interp(np.arange(frames) * fps / FPS, np.arange(
         len(times)), times) * FPS / fps).astype(int), len(take.contacts) - 1)]
         for take, times in zip(takes, made.times)]

@@ -121,6 +121,11 @@ def test_a_warp_is_told_in_seconds():
         20 / 60 * 2 / np.pi, rel=0.15)                           # the mean of a half wave
 
 
+def test_a_clip_shorter_than_the_farthest_lag_is_compared():
+    few = CONTENT.positions[:20]
+    assert not score.lags(few, few).any() and score.FARTHEST > len(few)
+
+
 def test_a_file_with_z_up_is_read_alike(tmp_path):
     turn = axis_rotation("X", np.pi / 2)
     np.save(tmp_path / "z.npy", CONTENT.positions @ turn.T)
@@ -222,6 +227,14 @@ def test_a_row_that_cannot_be_scored_says_why(folder, capsys):
     assert "gone.bvh" in rows[0]["reason"] and "none that the judges know" in rows[1]["reason"]
     assert rows[1]["style seen by joints"] is None and rows[2]["style seen by joints"] is True
     assert "line 2:" in capsys.readouterr().out
+
+
+def test_a_body_that_lies_is_told(folder, capsys):
+    np.save(folder / "lies.npy", CONTENT.positions[..., [1, 0, 2]])
+    (folder / "lies.csv").write_text("content,style,result\n"
+                                     "walk_normal_003.bvh,walk_old_003.bvh,lies.npy")
+    assert main(["score", str(folder / "lies.csv")]) == 0
+    assert "result: its head is" in capsys.readouterr().out
 
 
 def test_points_have_the_rate_of_a_content_with_as_many_rows(tmp_path):

@@ -20,6 +20,7 @@ import tempfile
 from refimpl.cli import Terminated
 from tests.hostile.targets import TINY, _there, made, quiet, snapshot
 
+TWICE = TINY.replace("--epochs 1", "--epochs 2")
 COMMANDS = {
     "inspect": "inspect c.bvh --write-mapping m.csv --json i.json",
     "transfer": "transfer old.npz c.bvh -o o.bvh --plot p.png --animate a.html --json t.json",
@@ -27,8 +28,8 @@ COMMANDS = {
     "train-autoencoder": f"train-autoencoder motions.npz -o n.npz --hidden 6 --curves k.png {TINY}",
     "train-style": "train-style motions.npz manifold.npz --style old -o s.npz --channels 4 "
                    f"--report r.json {TINY}",
-    "resume": f"train-autoencoder motions.npz -o half.npz --hidden 6 --resume {TINY}",
-    "anew": f"train-autoencoder motions.npz -o half.npz --hidden 6 {TINY}",
+    "resume": f"train-autoencoder motions.npz -o half.npz --hidden 6 --resume {TWICE}",
+    "anew": f"train-autoencoder motions.npz -o half.npz --hidden 6 {TWICE}",
     "train-2016": f"train-2016 motions.npz -o n.npz --preprocess q.npz --hidden 6 {TINY}",
     "check": "check refimpl.nn --operations gram --profile small --json c.json --junit c.xml",
     "export": "export golden --operations gram",
@@ -172,12 +173,10 @@ def campaign(folder, commands, errors, often=20):
     """->  {command: (calls, runs)}, list of what is wrong"""
     if not (folder / "half.npz.checkpoint").exists():
         with _there(folder):
-            _stopped(COMMANDS["anew"].replace("--epochs 1", "--epochs 2").split())
+            stopped()
     counts, wrong = {}, []
     for command in commands:
         words = COMMANDS[command]
-        if command in ("resume", "anew"):
-            words = words.replace("--epochs 1", "--epochs 2")
         faults = Faults()
         status, err, _, whole = run(words, folder, faults)
         assert status == 0, err
@@ -189,8 +188,8 @@ def campaign(folder, commands, errors, often=20):
     return counts, wrong
 
 
-def _stopped(words):
-    """Train for one epoch of two and stop, so that a checkpoint is there."""
+def stopped():
+    """Train for one epoch of two and stop, so that the checkpoint is there for "resume"."""
     from refimpl.commands import train
     save = train.save_checkpoint
 
@@ -199,7 +198,7 @@ def _stopped(words):
         raise KeyboardInterrupt
     train.save_checkpoint = saving
     try:
-        assert quiet(words)[0] == 130
+        assert quiet(COMMANDS["anew"])[0] == 130
     finally:
         train.save_checkpoint = save
 

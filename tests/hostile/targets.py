@@ -21,6 +21,7 @@ from refimpl.embedded import walkers
 from refimpl.motion import bvh
 
 TINY = "--epochs 1 --width 9 --batch 4"
+SMALL = "--hidden 6 --channels 4 --loss-epochs 1 --epochs 1"
 WORDS = {       # a command that works, without any output but those that it needs
     "inspect": "c.bvh",
     "prepare": "clips -o OUT",
@@ -30,20 +31,25 @@ WORDS = {       # a command that works, without any output but those that it nee
     "transfer": "old.npz c.bvh -o OUT.bvh",
     "synthesise": "c.bvh -o OUT.bvh",
     "check": "refimpl.nn --operations gram --profile small",
-    "experiment ground": "--takes 1",
+    "observe": "c.bvh",
+    "experiment ground": SMALL,
+    "experiment code-2016": "motions.npz --network n16.npz --preprocess q16.npz --styles old "
+                            "--most 1",
     "bench": "--no-peer --seconds 0.001",
     "evaluate": "clips motions.npz old.npz --most 1", "experiment bodies": "old.npz --most 1",
     "score": "results.csv", "segment": "clips/walk_old_0.bvh clips", "styles": "",
     "blend": "clips/walk_old_0.bvh clips/walk_old_1.bvh -o OUT.bvh",
-    "demo": "", "export": "OUT", "experiment torresani": "--splits 1 --trials 1",
-    "experiment holden": "--tables path --hidden 6 --channels 4 --loss-epochs 1 --epochs 1"}
+    "demo": "", "export": "OUT", "experiment torresani": "--only phrases --orders 1",
+    "experiment holden": f"--tables path {SMALL}"}
 SLOW = ("experiment", "bench", "evaluate", "demo", "synthesise", "export", "train-2016")
 REFUSED = ("folder", "missing folder", "below a file", "circle", "input", "hard link", "linked "
            "input", "other output", "long name")
 WRITTEN = ("new", "old", "link", "dangling", "pipe", "device")
+OWN_FOLDERS = "./refimpl-"                       # where commands write when they are told no --out
 NO_FOLDER = ("file", "below a file", "circle", "input")
 INPUT = {"evaluate": "motions.npz", "synthesise": "c.bvh", "check": "known",
-         "experiment bodies": "old.npz", "prepare": "clips/walk_old_0.bvh",
+         "experiment bodies": "old.npz", "observe": "c.bvh",
+         "experiment code-2016": "motions.npz", "prepare": "clips/walk_old_0.bvh",
          "train-autoencoder": "motions.npz", "train-style": "manifold.npz",
          "train-2016": "motions.npz", "score": "results.csv", "blend": "clips/walk_old_0.bvh",
          "segment": "clips/walk_old_0.bvh"}
@@ -64,7 +70,8 @@ def made(folder):
         for words in ("prepare clips -o motions.npz --hold-out 0.25",
                       f"train-autoencoder motions.npz -o manifold.npz --hidden 6 {TINY}",
                       "train-style motions.npz manifold.npz --style old -o old.npz --channels 4 "
-                      f"--clips [01]$ --exemplars [01]$ {TINY}"):
+                      f"--clips [01]$ --exemplars [01]$ {TINY}",
+                      f"train-2016 motions.npz -o n16.npz --preprocess q16.npz --hidden 6 {TINY}"):
             assert quiet(words)[0] == 0
 
 
@@ -124,12 +131,12 @@ def target_of(kind, command, ending):
     if kind == "folder":
         os.mkdir(name)
     elif kind == "old":
-        Path(name).write_text("old")
+        Path(name).write_text("{}")
     elif kind == "circle":
         os.symlink("round" + ending, name)
         os.symlink(name, "round" + ending)
     elif kind in ("link", "dangling"):
-        Path("there.txt").write_text("old")
+        Path("there.txt").write_text("{}")
         os.symlink("there.txt" if kind == "link" else "not there.txt", name)
     elif kind == "hard link":
         os.link(source, name)
@@ -189,7 +196,8 @@ def tried(command, option, kind):
     lost = [name for name in before if before[name] != after.get(name)
             and (kind in REFUSED or name not in mine)]
     left = [name for name in after if name not in before
-            and (kind in REFUSED or name not in mine) and "__pycache__" not in name]
+            and (kind in REFUSED or name not in mine and not name.startswith(OWN_FOLDERS))
+            and "__pycache__" not in name]
     if lost or left:
         return f"lost {lost}, left {left}"
     if kind in REFUSED:
@@ -206,7 +214,7 @@ def tried_folder(command, option, kind):
     """One folder to write into that cannot be one, in the current folder.   ->  what is wrong"""
     path = {"input": INPUT.get(command, "c.bvh"), "below a file": "c.bvh/deep/er"}.get(kind, "no")
     if kind == "file":
-        Path(path).write_text("old")
+        Path(path).write_text("{}")
     elif kind == "circle":
         os.symlink("round", path)
         os.symlink(path, "round")

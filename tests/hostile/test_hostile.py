@@ -27,6 +27,8 @@ from tests.commands.terminals import OnTerminal
 from tests.hostile.fuzz import campaign, made_clips
 from tests.hostile.kills import campaign as killing, commands, prepare_folder
 
+ROOT = os.path.dirname(os.path.dirname(refimpl.__file__))
+
 # Inputs of the fuzzer that once raised something else than they should: an archive whose members
 # lie before its beginning, array headers that NumPy's reader cannot split into words, letters where
 # numbers should be, and a label file that begins with an empty line.
@@ -46,6 +48,14 @@ def test_a_fixed_part_of_the_fuzzing(tmp_path):
 def test_killed_trainings_end_with_the_same_bits(tmp_path):
     made, under_way, finished, corrupt, differing = killing(tmp_path, 2, epochs=25)
     assert made == 2 and under_way and finished and not corrupt and not differing
+
+
+def test_kills_at_events_lose_nothing_and_leave_nobody(tmp_path):
+    """All commands, 500 times: `python -m tests.hostile.kills`."""
+    done = subprocess.run([sys.executable, "-m", "tests.hostile.kills", "12", "prepare by two",
+                           "inspect", "resume", "check"], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "12 kills at events of 4 commands" in done.stdout
 
 
 def test_the_same_seed_gives_the_same_bytes(tmp_path):
@@ -88,7 +98,7 @@ def test_a_training_that_breaks_keeps_its_checkpoint_and_names_the_batch(tmp_pat
 
 def run(words, folder, **limits):
     """The command in a process of its own.   ->  status, standard error"""
-    here = {**os.environ, "PYTHONPATH": os.path.dirname(os.path.dirname(refimpl.__file__))}
+    here = {**os.environ, "PYTHONPATH": ROOT}
     done = subprocess.run([sys.executable, "-m", "refimpl", *map(str, words)], cwd=folder, env=here,
                           capture_output=True, text=True, timeout=120, **limits)
     return done.returncode, done.stderr

@@ -65,6 +65,20 @@ def test_four_lines_give_what_the_command_gives(here):
     assert points.clip.frames == result.clip.frames
 
 
+@pytest.mark.parametrize("style, seed", [("old", 3), ("zombie", 4), ("proud", 5)])
+def test_more_strength_is_more_change_from_none_on(style, seed):
+    """And a little more strength a little more, also below that at which feet are planted."""
+    rng = np.random.default_rng(seed)
+    walk = make_take(make_clip(("walk", "jog", "turn-left")[seed % 3], seconds=3.0, seed=seed).clip)
+    strengths = [0.0, *np.sort(rng.uniform(0.0, 0.3, 6)), 0.6, 1.0]
+    made = [refimpl.style(style).transform(walk, strength=s).stylised.positions for s in strengths]
+    np.testing.assert_allclose(made[0], walk.positions, atol=1e-9)
+    far = [np.linalg.norm(p - walk.positions, axis=-1) for p in made]
+    assert (np.diff([f.mean() for f in far]) > 0).all()
+    for before, after, step in zip(made, made[1:], np.diff(strengths)):
+        assert np.linalg.norm(after - before, axis=-1).max() < 3 * step * far[-1].max()
+
+
 def test_options_of_the_four_lines(here):
     walk, old = refimpl.read("walk.bvh"), refimpl.style("old")
     none, half, whole = (old.transform(walk, strength=s).stylised.positions for s in (0, 0.5, 1))

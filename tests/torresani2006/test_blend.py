@@ -1,5 +1,7 @@
 """Blends: their ends, their mirror, the limit of slope, the guard, feet and the command."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,15 @@ def test_ends_and_mirror(pair):
         one, other = blend.smooth(a, b, alpha, body), blend.smooth(b, a, 1 - alpha, body)
         np.testing.assert_allclose(one.angles, other.angles, atol=1e-9)
         np.testing.assert_allclose(one.root, other.root, atol=1e-6)
+
+
+@pytest.mark.parametrize("rows", [37, 38, 39, 40])
+def test_any_number_of_rows_at_any_rate_is_blended(rows):
+    """A rate whose frame time was rounded, and every remainder of rows: frames at 60 a second are
+    counted as `make_take` counts them."""
+    A, B = (replace(c, values=c.values[:rows], frame_time=0.00833333333)
+            for c in (performers.perform("step", n).clip for n in (3, 8)))
+    assert blend.blend_clips(A, B, 1.0)[0].frames == rows
 
 
 def test_guard_draws_straight_and_slows(pair):
