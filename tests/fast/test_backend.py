@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+from refimpl.cli import main
 from refimpl.conformance import cases, judge_all
 from refimpl.fast import BACKEND, backend, spectral
 from tests.fast.faults import FAULTS
@@ -25,6 +26,12 @@ def judged(functions, operations=OFFERED, seed=0):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_kit_finds_that_it_agrees(seed):
     assert [o.message for o in judged(BACKEND, seed=seed) if o.status != "passed"] == []
+
+
+def test_extremes_differ_where_the_list_beside_says_and_nowhere_else(capsys):
+    beside = str(Path(__file__).with_name("backend.xfail"))
+    assert main(["check", "refimpl.fast:BACKEND", "--xfail", beside, "--operations",
+                 ",".join(OFFERED)]) == 0, capsys.readouterr().out
 
 
 def test_at_least_a_hundred_cases_enter_the_fast_path(monkeypatch):
