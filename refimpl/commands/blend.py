@@ -5,8 +5,6 @@ from pathlib import Path
 import sys
 from typing import Any
 
-import numpy as np
-
 from ..motion.body import make_take
 from ..motion.bvh import read_bvh, write_bvh
 from ..motion.clip import Clip
@@ -65,12 +63,12 @@ def run_observe(arguments: argparse.Namespace) -> None:
         body = fit_body([clip])
         fragment = fragment_of(clip, body, Path(path).stem, fps=clip.fps)
         for sight in (BY_SWINGS, BY_PATHS):
-            seen = np.round(seen_alone(fragment, body, sight), 3).tolist()
+            seen = seen_alone(fragment, body, sight).tolist()
             rows.append({"clip": path, "observer": sight.name, **dict(zip(EFFORTS, seen))})
     print("\n".join(table([list(rows[0]), *([f"{x:.2f}" if isinstance(x, float) else x
                                              for x in row.values()] for row in rows)])))
     if arguments.json:
-        write_report(arguments.json, "observe", {}, rows)
+        write_report(arguments.json, "observe", {"clips": arguments.clips}, rows)
 
 
 def run_blend(arguments: argparse.Namespace) -> None:

@@ -36,7 +36,6 @@ def add_commands(commands: Any) -> None:
                          help="compare poses as equation 3 has them; otherwise, where file names "
                          "tell performers, each one's mean pose is taken out and what differs "
                          "within actions counts less")
-    command.add_argument("--json", metavar="FILE", type=OutputPath, help="write the rows as JSON")
     command.set_defaults(run=run_segment)
     command = commands.add_parser(
         "synthesise",
@@ -85,6 +84,8 @@ def _add_database(command):
     command.add_argument("--contents", type=whole(1), metavar="N",
                          help="how many actions to group such clips into "
                          "(default: one for every 12)")
+    command.add_argument("--json", metavar="FILE", type=OutputPath,
+                         help="write a row a piece as JSON")
 
 
 def _load(arguments, styles=True):
@@ -119,20 +120,34 @@ def run_segment(arguments: argparse.Namespace) -> None:
     """Print how a clip is cut. A ValueError says what cannot be read or does not fit."""
     database, clip, Y = _load(arguments, styles=False)
     cost, pieces, far = _cut(database, Y, arguments.as_printed)
+    rows = _piece_rows(database, clip, Y, pieces, far)
+    print("\n".join(table([list(rows[0]), *([f"{x:.3f}" if isinstance(x, float) else str(x)
+                                             for x in row.values()] for row in rows)])))
+    if arguments.json:
+        _write_rows(arguments, "segment", rows)
+    strange = sum(row["like"] == "nothing" for row in rows)
+    print(f"{arguments.clip}: {len(pieces)} pieces in frames of the file, SSD {cost:.5g}"
+          + (f"; {strange} like nothing in the database" if strange else ""))
+
+
+def _piece_rows(database, clip, Y, pieces, far):
+    """A row a piece, in frames of the file."""
     rows = []
     for piece, away in zip(pieces, far):
         matched = database.fragments[piece.fragment]
         rows.append({"begin": round(piece.start * clip.fps / Y.fps),
                      "end": round(piece.end * clip.fps / Y.fps), "content": matched.content,
-                     "ssd": round(piece.cost, 4), "fragment": matched.name,
-                     "distance": None if np.isnan(away) else round(away, 3),
+                     "ssd": piece.cost, "fragment": matched.name,
+                     "distance": None if np.isnan(away) else away,
                      "like": "unknown" if np.isnan(away) else "nothing" if away > 1 else "yes"})
-    print("\n".join(table([list(rows[0]), *([str(x) for x in row.values()] for row in rows)])))
-    if arguments.json:
-        write_report(arguments.json, "segment", {"as printed": arguments.as_printed}, rows)
-    strange = sum(row["like"] == "nothing" for row in rows)
-    print(f"{arguments.clip}: {len(pieces)} pieces in frames of the file, SSD {cost:.5g}"
-          + (f"; {strange} like nothing in the database" if strange else ""))
+    return rows
+
+
+def _write_rows(arguments, command, rows):
+    """The rows as JSON, with every setting of the command that is not an output."""
+    settings = {name.replace("_", " "): value for name, value in vars(arguments).items()
+                if name not in ("run", "json", "output")}
+    write_report(arguments.json, command, settings, rows)
 
 
 def run_synthesise(arguments: argparse.Namespace) -> None:
@@ -153,8 +168,6 @@ def run_synthesise(arguments: argparse.Namespace) -> None:
     root = made.fragment.root.copy()
     root[:, :3] *= size_ratio(own, database.body)
     made_clip, slid, slides = standing(clip_of(replace(made.fragment, root=root), own, clip.fps))
-    write_bvh(arguments.output, made_clip)
-    print("\n".join(table(_choice_rows(database, made))))
     contents = contents_of(database, made.pieces)
     judge = (None if database.labelled else
              fit_observer(database.fragments, database.body, BY_PATHS))
@@ -164,6 +177,16 @@ def run_synthesise(arguments: argparse.Namespace) -> None:
         said += [(word, observed_style(f, cuts, contents, judge)) for word, f, cuts in (
             ("seen in the input", Y, (0, *(piece.end for piece in made.pieces))),
             ("seen by an observer that did not choose", made.fragment, made.cuts))]
+    write_bvh(arguments.output, made_clip)
+    print("\n".join(table(_choice_rows(database, made))))
+    if arguments.json:
+        rows = _piece_rows(database, clip, Y, pieces, far)
+        for row, choice in zip(rows, made.choices):
+            row |= {"alpha": choice.alpha, **{f"predicted {effort}": x for effort, x
+                                              in zip(EFFORTS, choice.predicted)},
+                    "from": database.fragments[choice.i].name,
+                    "to": database.fragments[choice.j].name}
+        _write_rows(arguments, "synthesise", rows)
     print("; ".join(f"{words}: {_style(style)}" for words, style in said))
     seams = ", ".join(f"{cut / made.fragment.fps:.2f}" for cut in made.cuts[1:-1]) or "none"
     print(f"{arguments.output}: {made.fragment.frames / made.fragment.fps:.2f} s in "

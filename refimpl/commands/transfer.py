@@ -61,7 +61,8 @@ def add_commands(commands: Any) -> None:
                          help="how much of the change: 0 is the content, 1 the style "
                               "(default: %(default)g)")
     command.add_argument("--only", type=parts, default=(), metavar="A,B",
-                         help=f"change these parts alone, of {', '.join(PARTS)}")
+                         help=f"change these parts alone, of {', '.join(PARTS)}; with legs the "
+                         "hips sink as far as planted feet need")
     command.add_argument("--fps", type=number(least=SLOWEST, most=FASTEST), metavar="FPS",
                          help="frames a second of the result (default: the clip's own)")
     command.add_argument("--plot", metavar="OUT.png", type=OutputPicture,

@@ -2,6 +2,7 @@
 
 import argparse
 from dataclasses import replace
+import json
 import re
 
 import numpy as np
@@ -237,12 +238,22 @@ def test_commands(tmp_path, capsys, trained, monkeypatch):
     monkeypatch.setattr(torresani, "train", lambda *words, **more: trained[1:])
     clip = tmp_path / "phrase.bvh"
     bvh.write_bvh(clip, performers.perform(("kick", "bow"), 50).clip)
-    assert command("segment", clip) == 0
+    told, seen = tmp_path / "told.json", ("begin", "end", "content", "ssd", "like")
+    assert command("segment", clip, "--json", told) == 0
+    report = json.loads(told.read_text())
+    pieces = [{key: row[key] for key in seen} for row in report["rows"]]
+    assert [piece["content"] for piece in pieces] == ["kick", "bow"]
+    assert all(piece["ssd"] != round(piece["ssd"], 4) for piece in pieces)       # as computed
+    assert report["settings"]["clip"] == str(clip) and not report["settings"]["as printed"]
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert [row[2] for row in rows[:3]] == ["content", "kick", "bow"] and len(rows) == 4
     assert [row[-1] for row in rows[1:3]] == ["yes", "yes"]
     out = tmp_path / "out.bvh"
-    assert command("synthesise", clip, "--flow", 1, "--weight", -1, "--time", "0.5", "-o", out) == 0
+    assert command("synthesise", clip, "--flow", 1, "--weight", -1, "--time", "0.5", "-o", out,
+                   "--json", told) == 0
+    report = json.loads(told.read_text())
+    assert [{key: row[key] for key in seen} for row in report["rows"]] == pieces
+    assert report["settings"]["weight"] == -1 and 0 <= report["rows"][0]["alpha"] <= 1
     text = capsys.readouterr().out
     assert "asked: flow 1.00, weight -1.00, time 0.50; predicted: flow" in text
     assert "seen by an observer that did not choose: flow" in text and "seams at" in text
@@ -254,6 +265,11 @@ def test_commands(tmp_path, capsys, trained, monkeypatch):
     assert forward_kinematics(made.parents, *local_pose(made))[1][:, toes, 1].min() > -4
     with pytest.raises(ValueError, match="style: found"):
         command("synthesise", clip, "--flow", 5, "-o", out)
+    short, nothing = tmp_path / "short.bvh", tmp_path / "nothing.bvh"
+    bvh.write_bvh(short, replace(given, values=given.values[:5]))
+    with pytest.raises(synthesise.SynthesisError, match="four frames"):
+        command("synthesise", short, "-o", nothing)
+    assert not nothing.exists()
     for words in (("synthesise", clip, "--looks", 0, "-o", out),
                   ("synthesise", clip, "--neighbours", 1, "-o", out),
                   ("segment", clip, tmp_path, "--contents", 0),
