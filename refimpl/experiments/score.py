@@ -171,8 +171,8 @@ def lags(here: np.ndarray, there: np.ndarray) -> np.ndarray:
     found = np.full((len(tried), len(a)), -1.0)
     for row, lag in zip(found, tried):
         when = slice(max(0, -lag), len(a) - max(0, lag))
-        x, y = a[when.start + lag:when.stop + lag], b[when]
-        if len(x):
+        if when.start < when.stop:                 # else the clip is shorter than the lag
+            x, y = a[when.start + lag:when.stop + lag], b[when]
             both, own, other = (gaussian_filter1d(np.sum(p * q, axis=1), ABOUT_THEN, mode="nearest")
                                 for p, q in ((x, y), (x, x), (y, y)))
             row[when] = both / np.sqrt(np.maximum(own * other, 1e-12)) - RELUCTANCE * abs(lag) / FPS

@@ -123,7 +123,8 @@ def _content(options, run, clip: Clip, what: str, first_names, up) -> list[tuple
                      1e-4 if what != "resampled" else 0.1))
     if "--strength" in options and float(options[options.index("--strength") + 1]) == 0 and \
             "--raw" in options and "--own-pace" not in options:
-        rows.append((f"{what}: strength 0", float(np.abs(points_out - points).max()) / size, 1e-5))
+        rows.append((f"{what}: strength 0", float(np.abs(points_out - points).max()) / size,
+                     1e-5 if what != "resampled" else 0.02))     # between rows each has its curve
     if "--own-pace" not in options and "--raw" not in options:
         rows.append((f"{what}: path", _path(points, points_out, first_names, up) / size, ON_PATH))
     return rows
@@ -183,15 +184,21 @@ def _transfer(options, first, second, base, changed, kind):
     return rows
 
 
+def _of_the_body(one, clip):
+    """Without a root above the hips, which says nothing of a body."""
+    if clip.parents.count(0) != 1:
+        return one
+    return replace(one, names={a: b for a, b in one.names.items() if a != clip.names[0]})
+
+
 def _blend(options, first, second, base, changed, kind):
     rows = _names("blend", base[0], first.clip, "base")
     rows += _names("blend", changed[0].clip, second.clip, "altered")
     one = changed[0]
     if one.frames is not None:
         return rows
-    above = int(base[0].parents.count(0) == 1)       # a root above the hips says nothing of a body
-    if above:
-        one = replace(one, names={a: b for a, b in one.names.items() if a != base[0].names[0]})
+    above = int(base[0].parents.count(0) == 1)
+    one = _of_the_body(one, base[0])
     alpha = float(options[1])
     if alpha in (0, 1) and one.exact:
         own, out = base[int(alpha)], first.clip
@@ -289,9 +296,9 @@ def _segment(options, first, second, base, changed, kind):
 
 
 def _synthesise(options, first, second, base, changed, kind):
-    if not changed[0].exact:
+    if not changed[0].exact or kind == "extra":  # as `_segment`
         return _names("synthesise", changed[0].clip, second.clip, "altered")
-    return _places(first.clip, second.clip, changed[0], kind)
+    return _places(first.clip, second.clip, _of_the_body(changed[0], base[0]), kind)
 
 
 ALL = {"transfer": _transfer, "blend": _blend, "inspect": _inspect, "observe": _observe,
