@@ -36,7 +36,7 @@ def content_loss(H_input: np.ndarray, H_output: np.ndarray, *, c: float = 1.0,
     >>> content_loss(np.zeros((1, 1, 2)), np.array([[[3.0, 4.0]]]))
     array([5.])
     """
-    return in_precision(c, H_output) * _reading(reading)[0](H_input - H_output)
+    return in_precision(c, H_output) * _measure(reading)(H_input - H_output)
 
 
 def content_loss_backward(dloss: np.ndarray, H_input: np.ndarray, H_output: np.ndarray, *,
@@ -48,7 +48,7 @@ def content_loss_backward(dloss: np.ndarray, H_input: np.ndarray, H_output: np.n
     >>> content_loss_backward(np.ones(1), np.zeros((1, 1, 2)), np.array([[[3.0, 4.0]]]))[1]
     array([[[0.6, 0.8]]])
     """
-    dH = _reading(reading)[1](in_precision(c, dloss) * dloss, H_input - H_output)
+    dH = _measure(reading, back=True)(in_precision(c, dloss) * dloss, H_input - H_output)
     return dH, -dH
 
 
@@ -62,7 +62,7 @@ def style_loss(G_style: np.ndarray, H_output: np.ndarray, *, s: float = 0.01,
     >>> style_loss(np.zeros((1, 1, 1)), np.array([[[3.0, 4.0]]]))
     array([0.25])
     """
-    return in_precision(s, H_output) * _reading(reading)[0](G_style - nn.gram(H_output))
+    return in_precision(s, H_output) * _measure(reading)(G_style - nn.gram(H_output))
 
 
 def style_loss_backward(dloss: np.ndarray, G_style: np.ndarray, H_output: np.ndarray, *,
@@ -74,15 +74,15 @@ def style_loss_backward(dloss: np.ndarray, G_style: np.ndarray, H_output: np.nda
     >>> style_loss_backward(np.ones(1), np.zeros((1, 1, 1)), np.array([[[3.0, 4.0]]]))[1]
     array([[[0.06, 0.08]]])
     """
-    dG = _reading(reading)[1](in_precision(s, dloss) * dloss, G_style - nn.gram(H_output))
+    dG = _measure(reading, back=True)(in_precision(s, dloss) * dloss, G_style - nn.gram(H_output))
     return dG, nn.gram_backward(-dG, H_output)
 
 
-def _reading(name):
-    """A measure and its backward.   Raises ValueError."""
+def _measure(name, back=False):
+    """A measure, or its backward.   Raises ValueError."""
     if not isinstance(name, str) or name not in READINGS:
         raise ValueError(f"reading: found {name!r}, needed one of {', '.join(READINGS)}")
-    return READINGS[name]
+    return READINGS[name][back]
 
 
 def style_target(exemplars: list[np.ndarray], frames: int) -> np.ndarray:
