@@ -81,7 +81,7 @@ class Judges:
                 for way, judge in judges.items()}
 
     def windows(self, features: np.ndarray) -> np.ndarray:
-        """Where the judge of joints sees a motion's windows, for Fréchet distances.   ->  (n, d)"""
+        """Where the judge of joints sees its windows, for Fréchet distances.   ->  (n, d)"""
         return self.style["joints"].embed(features)
 
 
